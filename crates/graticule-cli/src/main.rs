@@ -1,0 +1,2 @@
+//! The command `graticule`.
+fn main() {}

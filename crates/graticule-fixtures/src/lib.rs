@@ -1,0 +1,1 @@
+//! Surfaces with known answers, as plain arrays, for tests of every crate.
