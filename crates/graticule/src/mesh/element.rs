@@ -92,6 +92,7 @@ impl<E: Element, T> PerElement<E, T> {
     }
 
     /// Each element with its value.
+    #[must_use]
     pub fn enumerate(&self) -> impl ExactSizeIterator<Item = (E, &T)> {
         self.values
             .iter()

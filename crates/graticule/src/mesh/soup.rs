@@ -102,6 +102,7 @@ impl Polygons {
     }
 
     /// The vertices of each polygon in turn.
+    #[must_use]
     pub fn iter(&self) -> impl ExactSizeIterator<Item = &[u32]> {
         (0..self.len()).map(|polygon| self.vertices(polygon))
     }
