@@ -136,8 +136,8 @@ fn rows(text: &str) -> Vec<Row> {
                 .iter()
                 .position(|cell| cell.eq_ignore_ascii_case(name))
         };
-        if let (Some(function), Some(test)) = (column("function"), column("test")) {
-            columns = Some((function, test));
+        if let Some(test) = column("test") {
+            columns = Some((column("function"), test));
         } else if let (Some((function, test)), false) = (columns, is_rule(&cells)) {
             let names =
                 |column: usize| cells.get(column).map(|c| backticked(c)).unwrap_or_default();
@@ -152,7 +152,7 @@ fn rows(text: &str) -> Vec<Row> {
     rows
 }
 
-/// The cells of a row; `\\|` is a bar inside a cell.
+/// The cells of a row; `\|` is a bar inside a cell.
 fn cells(line: &str) -> Option<Vec<String>> {
     let inner = line.trim().strip_prefix('|')?.strip_suffix('|')?;
     let inner = inner.replace("\\|", "\0");
