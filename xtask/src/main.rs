@@ -2,13 +2,14 @@
 #![forbid(unsafe_code)]
 #![allow(clippy::print_stdout, clippy::print_stderr)] // a program talks
 
+mod corpus;
 mod layers;
 mod papers;
 mod source;
 
 use std::io;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
+use std::process::{Command, ExitCode};
 
 use clap::{Parser, Subcommand};
 
@@ -36,6 +37,8 @@ enum Chore {
     Layers,
     /// Check the tables of equations in `papers/`.
     Papers,
+    /// Run every mesh of a folder through the command and compare with the accepted table.
+    Corpus(corpus::Options),
 }
 
 fn main() -> ExitCode {
@@ -56,6 +59,7 @@ fn run(chore: &Chore) -> Result<String, Trouble> {
     match chore {
         Chore::Layers => layers::check(&root),
         Chore::Papers => papers::check(&root),
+        Chore::Corpus(options) => corpus::run(&root, options),
     }
 }
 
@@ -63,4 +67,18 @@ fn run(chore: &Chore) -> Result<String, Trouble> {
 fn workspace_root() -> PathBuf {
     let package = Path::new(env!("CARGO_MANIFEST_DIR"));
     package.parent().unwrap_or(package).to_path_buf()
+}
+
+/// Builds the command with the release profile and returns its path.
+fn build_release(root: &Path) -> Result<PathBuf, Trouble> {
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let status = Command::new(cargo)
+        .args(["build", "--release", "--package", "graticule-cli"])
+        .current_dir(root)
+        .status();
+    match status {
+        Ok(status) if status.success() => Ok(root.join("target/release/graticule")),
+        Ok(status) => Err(Trouble(format!("the command could not be built: {status}"))),
+        Err(error) => Err(Trouble(format!("cargo could not be started: {error}"))),
+    }
 }
