@@ -29,10 +29,7 @@ const CRATES: [(&str, &[&str]); 6] = [
             "graticule-fixtures",
         ],
     ),
-    (
-        "xtask",
-        &["graticule", "graticule-io", "graticule-fixtures"],
-    ),
+    ("xtask", &["graticule-fixtures"]),
 ];
 
 /// A use of one module of the crate by another.

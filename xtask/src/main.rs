@@ -2,9 +2,11 @@
 #![forbid(unsafe_code)]
 #![allow(clippy::print_stdout, clippy::print_stderr)] // a program talks
 
+mod bench;
 mod corpus;
 mod layers;
 mod papers;
+mod picture;
 mod source;
 
 use std::io;
@@ -39,6 +41,10 @@ enum Chore {
     Papers,
     /// Run every mesh of a folder through the command and compare with the accepted table.
     Corpus(corpus::Options),
+    /// Measure the command on patches of growing size and print the tables of `BENCHMARKS.md`.
+    Bench(bench::Options),
+    /// Make the picture of the README anew.
+    Picture,
 }
 
 fn main() -> ExitCode {
@@ -60,6 +66,8 @@ fn run(chore: &Chore) -> Result<String, Trouble> {
         Chore::Layers => layers::check(&root),
         Chore::Papers => papers::check(&root),
         Chore::Corpus(options) => corpus::run(&root, options),
+        Chore::Bench(options) => bench::run(&root, options),
+        Chore::Picture => picture::run(&root),
     }
 }
 
@@ -77,8 +85,14 @@ fn build_release(root: &Path) -> Result<PathBuf, Trouble> {
         .current_dir(root)
         .status();
     match status {
-        Ok(status) if status.success() => Ok(root.join("target/release/graticule")),
+        Ok(status) if status.success() => Ok(target_folder(root).join("release/graticule")),
         Ok(status) => Err(Trouble(format!("the command could not be built: {status}"))),
         Err(error) => Err(Trouble(format!("cargo could not be started: {error}"))),
     }
+}
+
+/// Where cargo builds.
+fn target_folder(root: &Path) -> PathBuf {
+    std::env::var_os("CARGO_TARGET_DIR")
+        .map_or_else(|| root.join("target"), |folder| root.join(folder))
 }

@@ -121,7 +121,7 @@ fn finish(
     table: &Table,
     expectations: &BTreeMap<String, String>,
 ) -> Result<String, Trouble> {
-    let out = root.join("target/corpus");
+    let out = crate::target_folder(root).join("corpus");
     table.write(&out)?;
     println!("{}", table.to_markdown());
     let mut faults = table.broken_promises();
