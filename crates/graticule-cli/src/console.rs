@@ -69,6 +69,7 @@ impl Console {
             if bar.position() == 0 {
                 bar.set_style(shares());
             }
+            #[allow(clippy::cast_sign_loss)] // clamped
             bar.set_position((share.clamp(0.0, 1.0) * BAR_STEPS as f64) as u64);
         }
     }
