@@ -73,7 +73,9 @@ pub(crate) fn run(root: &Path, options: &Options) -> Result<String, Trouble> {
 /// A bumpy patch, irregular and without symmetry, of about `vertices` vertices.
 fn patch(vertices: u32) -> Fixture {
     // A disk of r rings has 3r² + 3r + 1 vertices.
-    let rings = (1..20_000).find(|r| 3 * r * r + 3 * r >= vertices).unwrap_or(1);
+    let rings = (1..20_000)
+        .find(|r| 3 * r * r + 3 * r >= vertices)
+        .unwrap_or(1);
     graticule_fixtures::bumpy_patch(rings, 1)
 }
 

@@ -13,7 +13,12 @@ use crate::commands::{cite, demo, flatten, info, measure, repair};
 /// code 0: the promised result was written. 1: it could not be; one line says why, one what to
 /// do. 2: the arguments are wrong; nothing was done.
 #[derive(Parser)]
-#[command(name = "graticule", version, arg_required_else_help = true, max_term_width = 100)]
+#[command(
+    name = "graticule",
+    version,
+    arg_required_else_help = true,
+    max_term_width = 100
+)]
 pub(crate) struct Arguments {
     #[command(flatten)]
     pub(crate) common: CommonOptions,

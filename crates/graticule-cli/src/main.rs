@@ -6,8 +6,17 @@ mod arguments;
 mod commands;
 mod console;
 mod failure;
+mod mask;
+mod mesh_input;
+mod mesh_output;
+mod outcome;
+mod output;
+mod picture;
+mod repair_options;
 mod report;
 mod session;
+mod tables;
+mod uvs;
 
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -37,12 +46,20 @@ fn main() -> ExitCode {
 
 fn run(arguments: Arguments, console: &Arc<Console>) -> Result<(), Failure> {
     let session = Session::start(arguments.common, Arc::clone(console))?;
-    match &arguments.command {
-        Command::Demo(options) => demo::run(options, &session),
-        Command::Info(options) => info::run(options, &session),
-        Command::Repair(options) => repair::run(options, &session),
-        Command::Flatten(options) => flatten::run(options, &session),
-        Command::Measure(options) => measure::run(options, &session),
-        Command::Cite(options) => cite::run(options, &session),
+    run_command(&arguments.command, &session).map_err(|failure| match session.check() {
+        // Whatever was being done: that it was stopped is the reason.
+        Err(stopped) => stopped,
+        Ok(()) => failure,
+    })
+}
+
+fn run_command(command: &Command, session: &Session) -> Result<(), Failure> {
+    match command {
+        Command::Demo(options) => demo::run(options, session),
+        Command::Info(options) => info::run(options, session),
+        Command::Repair(options) => repair::run(options, session),
+        Command::Flatten(options) => flatten::run(options, session),
+        Command::Measure(options) => measure::run(options, session),
+        Command::Cite(options) => cite::run(options, session),
     }
 }

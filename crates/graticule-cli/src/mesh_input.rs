@@ -3,11 +3,12 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use graticule::mesh::{PolygonSoup, RepairOptions, Repaired, repair};
+use graticule::mesh::{PolygonSoup, RepairChanges, RepairOptions, Repaired, repair};
 use graticule_io::{Format, read_file};
 use serde_json::{Value, json};
 
 use crate::failure::Failure;
+use crate::report::to_value;
 use crate::session::Session;
 
 /// A mesh file that was read.
@@ -24,7 +25,7 @@ impl Input {
     pub(crate) fn read(path: &Path, session: &Session) -> Result<Self, Failure> {
         let _stage = session.watch.stage("read");
         let file = read_file(path).map_err(|error| Failure::from(error).at(path.display()))?;
-        session.watch.check()?;
+        session.check()?;
         for warning in file.warnings {
             session.watch.warn(warning.code, warning.message);
         }
@@ -43,7 +44,6 @@ impl Input {
         options: &RepairOptions,
         session: &Session,
     ) -> Result<Repaired, Failure> {
-        let _stage = session.watch.stage("repair");
         repair(&self.soup, options, &session.watch)
             .map_err(|error| Failure::from(error).at(self.path.display()))
     }
@@ -79,4 +79,13 @@ fn attributes_to_report(soup: &PolygonSoup) -> Value {
         "smoothing_groups": names(&attributes.smoothing_groups),
         "material_libraries": attributes.material_libraries,
     })
+}
+
+/// What the report tells of a repair.
+pub(crate) fn repair_to_report(changes: &RepairChanges) -> Result<Value, Failure> {
+    let mut report = to_value(changes)?;
+    if let Value::Object(fields) = &mut report {
+        fields.shift_insert(0, "changed".into(), (!changes.is_empty()).into());
+    }
+    Ok(report)
 }

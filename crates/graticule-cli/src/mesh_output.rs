@@ -4,7 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use graticule::mesh::PolygonSoup;
-use graticule_io::{Format, write_to};
+use graticule_io::{Format, UnknownFormat, write_to};
 
 use crate::failure::Failure;
 use crate::output::{extension, write_whole};
@@ -35,7 +35,11 @@ impl MeshOutput {
             }
             None => {
                 return Err(Failure::usage(
-                    format!("a mesh cannot be written as '{}' ({})", extension(path), path.display()),
+                    format!(
+                        "a mesh cannot be written as '{}' ({})",
+                        extension(path),
+                        path.display()
+                    ),
                     "end its name in .obj, .ply, .off, .stl or .glb, or name the format: --format obj",
                 ));
             }
@@ -90,4 +94,10 @@ impl MeshOutput {
         }
         Ok(())
     }
+}
+
+/// A format by the ending of file names.
+pub(crate) fn parse_format(name: &str) -> Result<Format, String> {
+    name.parse()
+        .map_err(|error: UnknownFormat| error.to_string())
 }

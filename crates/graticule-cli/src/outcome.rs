@@ -15,7 +15,7 @@ use crate::session::Session;
 
 /// The files that a command was asked for, checked before any work.
 pub(crate) struct Plan {
-    report: Option<PathBuf>,
+    reports: Vec<PathBuf>,
     picture: Option<(PathBuf, PictureFormat)>,
     mesh: Option<MeshOutput>,
     json: bool,
@@ -48,7 +48,7 @@ impl Plan {
             None => None,
         };
         let plan = Self {
-            report: common.report.clone(),
+            reports: common.report.iter().cloned().collect(),
             picture,
             mesh,
             json: common.json,
@@ -66,12 +66,16 @@ impl Plan {
         }
         let mesh = self.mesh.as_ref().and_then(MeshOutput::path);
         let picture = self.picture.as_ref().map(|(path, _)| path.as_path());
-        let files: Vec<&Path> = [mesh, picture, self.report.as_deref()]
-            .into_iter()
-            .flatten()
-            .collect();
+        let reports = self.reports.iter().map(PathBuf::as_path);
+        let files: Vec<&Path> = mesh.into_iter().chain(picture).chain(reports).collect();
         check_distinct(&files)?;
         files.into_iter().try_for_each(check_writable)
+    }
+
+    /// Writes the report to one more file.
+    pub(crate) fn add_report(&mut self, path: PathBuf) -> Result<(), Failure> {
+        self.reports.push(path);
+        self.check_files()
     }
 
     /// The format of the picture that the user wants, if any.
@@ -87,12 +91,15 @@ impl Plan {
         if let (Some(output), Some(soup)) = (&self.mesh, &outcome.mesh) {
             output.write(soup, session)?;
         }
+        for (path, bytes) in &outcome.files {
+            write_whole(path, |out| out.write_all(bytes))?;
+        }
         if let (Some((path, _)), Some(picture)) = (&self.picture, &outcome.picture) {
             write_whole(path, |out| out.write_all(picture))?;
         }
         drop(stage);
         let json = outcome.report.to_json(watch)?;
-        if let Some(path) = &self.report {
+        for path in &self.reports {
             write_whole(path, |out| out.write_all(json.as_bytes()))?;
         }
         if !outcome.remarks.is_empty() {
@@ -111,6 +118,8 @@ pub(crate) struct Outcome {
     pub(crate) mesh: Option<PolygonSoup>,
     /// The picture to write, encoded.
     pub(crate) picture: Option<Vec<u8>>,
+    /// Further files with their content.
+    pub(crate) files: Vec<(PathBuf, Vec<u8>)>,
     /// What goes to standard output where the report does not.
     pub(crate) text: String,
     /// What goes to standard error.
@@ -124,6 +133,7 @@ impl Outcome {
             report,
             mesh: None,
             picture: None,
+            files: Vec::new(),
             text: String::new(),
             remarks: String::new(),
         }

@@ -7,10 +7,13 @@ use std::thread;
 use std::time::Duration;
 
 use graticule::watch::{Stopped, Watch};
+use serde::Serialize;
+use serde_json::Value;
 
 use crate::arguments::CommonOptions;
 use crate::console::Console;
 use crate::failure::Failure;
+use crate::report::to_value;
 
 /// How long a computation that was told to stop may go on before the program ends anyway.
 /// Factorisations cannot be asked to stop; everything else answers within milliseconds.
@@ -34,7 +37,12 @@ impl Session {
         if let Some(seconds) = common.max_seconds {
             let limit = Duration::from_secs_f64(seconds);
             watch = watch.with_time_limit(limit);
-            end_after(limit + PATIENCE, Stopped::OutOfTime { limit }, &console, &writing);
+            end_after(
+                limit + PATIENCE,
+                Stopped::OutOfTime { limit },
+                &console,
+                &writing,
+            );
         }
         end_on_interrupt(&watch, &console, &writing)?;
         Ok(Self {
@@ -45,10 +53,25 @@ impl Session {
         })
     }
 
+    /// Asks whether to go on.
+    pub(crate) fn check(&self) -> Result<(), Failure> {
+        self.watch.check().map_err(stopped)
+    }
+
+    /// What the report tells of the options: those of the command, then the common ones.
+    pub(crate) fn options_to_report(&self, options: &impl Serialize) -> Result<Value, Failure> {
+        let mut report = to_value(options)?;
+        if let (Value::Object(own), Value::Object(common)) = (&mut report, to_value(&self.common)?)
+        {
+            own.extend(common);
+        }
+        Ok(report)
+    }
+
     /// Asks for the last time whether to go on, then holds off every guard until the program
     /// ends: what is written from here on appears whole.
     pub(crate) fn begin_writing(&self) -> Result<(), Failure> {
-        self.watch.check().map_err(stopped)?;
+        self.check()?;
         mem::forget(lock(&self.writing));
         Ok(())
     }
@@ -74,12 +97,7 @@ fn set_threads(common: &CommonOptions) -> Result<(), Failure> {
 }
 
 /// Ends the program with `reason` after `delay`, unless results are being written by then.
-fn end_after(
-    delay: Duration,
-    reason: Stopped,
-    console: &Arc<Console>,
-    writing: &Arc<Mutex<()>>,
-) {
+fn end_after(delay: Duration, reason: Stopped, console: &Arc<Console>, writing: &Arc<Mutex<()>>) {
     let (console, writing) = (Arc::clone(console), Arc::clone(writing));
     thread::spawn(move || {
         thread::sleep(delay);

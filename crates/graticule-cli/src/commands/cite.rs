@@ -7,7 +7,7 @@ use serde_json::json;
 
 use crate::failure::Failure;
 use crate::outcome::{Outcome, Plan};
-use crate::report::{Report, to_value};
+use crate::report::Report;
 use crate::session::Session;
 
 /// Options of `graticule cite`.
@@ -51,7 +51,7 @@ pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {
         Style::Plain => plain(paper),
         Style::Bibtex => bibtex(paper),
     });
-    let mut outcome = Outcome::of(Report::new("cite", to_value(options)?));
+    let mut outcome = Outcome::of(Report::new("cite", session.options_to_report(options)?));
     outcome.text = texts.collect::<Vec<_>>().join("\n");
     let figures = papers.iter().map(|paper| {
         json!({
