@@ -4,9 +4,14 @@
 //! kin) are separate objects: an algorithm's signature shows what it reads. [`Surface`] is
 //! connectivity with positions.
 
+mod disjoint_sets;
 mod element;
 mod error;
+mod faces;
+mod gluing;
 mod id;
+mod point_tree;
+mod polygon;
 mod soup;
 mod surface;
 mod triangle_mesh;
@@ -14,6 +19,7 @@ mod triangle_mesh;
 pub use element::{Element, PerComponent, PerCorner, PerEdge, PerElement, PerFace, PerVertex};
 pub use error::MeshError;
 pub use id::{BoundaryLoopId, ComponentId, EdgeId, FaceId, HalfedgeId, VertexId};
+pub use polygon::triangulate_polygon;
 pub use soup::{Attributes, CornerAttribute, NO_VALUE, PolygonLabels, PolygonSoup, Polygons};
 pub use surface::Surface;
 pub use triangle_mesh::TriangleMesh;
