@@ -8,3 +8,27 @@
 /// A backward stable factorisation of a mesh Laplacian with a million unknowns stays below 1e-13;
 /// four digits of margin tell a broken solution from an ordinary one.
 pub const LINEAR_RESIDUAL: f64 = 1e-9;
+
+/// Height over longest side below which a triangle counts as degenerate and is not to be divided by.
+///
+/// Coordinates in double precision give the height of a triangle to about 1e-16 of its longest
+/// side, so at this bound the cotangents still have six digits; real models reach 1e-6.
+pub const DEGENERATE_HEIGHT: f64 = 1e-10;
+
+/// What mollification makes sure of: two sides of a triangle are longer than the third by this
+/// share of the longest.
+///
+/// The height of a flat triangle becomes 7e-6 of its longest side, while no length changes by more
+/// than 1e-10 of the longest side of the worst triangle.
+pub const MOLLIFICATION_MARGIN: f64 = 1e-10;
+
+/// An edge is flipped only if the sine of the sum of the angles opposite to it is below minus this.
+///
+/// Sums of angles are known to a few 1e-16; without the margin, four points on a circle could be
+/// flipped to and fro for ever.
+pub const FLIP_SINE: f64 = 1e-14;
+
+/// An edge is flipped only if its weight is negative by this share of its two cotangents.
+///
+/// The same margin as [`FLIP_SINE`] for triangles so thin that all their sines are tiny.
+pub const FLIP_SHARE: f64 = 1e-12;
