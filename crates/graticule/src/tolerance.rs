@@ -36,3 +36,29 @@ pub const SHAPE_GAIN: f64 = 1e-9;
 
 /// Bound on the rounding of a product of two differences of coordinates within `-2.0..=2.0`.
 pub const UNIT_ROUNDING: f64 = 1e-14;
+/// Height over longest side below which a triangle counts as degenerate and is not to be divided by.
+///
+/// Coordinates in double precision give the height of a triangle to about 1e-16 of its longest
+/// side, so at this bound the cotangents still have six digits; real models reach 1e-6.
+pub const DEGENERATE_HEIGHT: f64 = 1e-10;
+
+/// What mollification makes sure of: two sides of a triangle are longer than the third by this
+/// share of the longest.
+///
+/// The height of a flat triangle becomes 7e-6 of its longest side, while no length changes by more
+/// than 1e-10 of the longest side of the worst triangle.
+pub const MOLLIFICATION_MARGIN: f64 = 1e-10;
+
+/// An edge is flipped only if the sine of the sum of the angles opposite to it is below minus this.
+///
+/// Sines are known to a few 1e-16 at best; without the margin, four points on a circle could be
+/// flipped to and fro for ever.
+pub const FLIP_SINE: f64 = 1e-14;
+
+/// An edge is flipped only if its two cotangents sum to less than minus this share of the sum of the
+/// inverse sines.
+///
+/// For angles that are not tiny the sharper of the two margins: it leaves the cells of a regular grid
+/// as they are although their corners are rounded. A weight that stays negative by less is that
+/// share of its cotangents at most, and is set to 0.
+pub const FLIP_SHARE: f64 = 1e-12;
