@@ -62,3 +62,16 @@ pub const FLIP_SINE: f64 = 1e-14;
 /// as they are although their corners are rounded. A weight that stays negative by less is that
 /// share of its cotangents at most, and is set to 0.
 pub const FLIP_SHARE: f64 = 1e-12;
+/// Height over longest side at or below which a triangle in space has no measurable shape.
+///
+/// A coordinate of the size of the triangle is rounded by up to 2^-53; a triangle this thin is
+/// known to no more than a few bits, and the distortion of a map of it would be noise. Needles with
+/// sides in the ratio 1e6 stay far above.
+pub const FLAT_TRIANGLE: f64 = 1.0 / (1_u64 << 46) as f64;
+
+/// Share of the area that a triangle should have in a map, by its area in space and the area of
+/// the whole map, below which it counts as degenerate and is left out of distortion figures.
+///
+/// Measured maps come from files with as few as six digits: a triangle meant to be a line or a point
+/// has an area of rounding noise, and figures like the stretch would follow that noise.
+pub const DEGENERATE_MAP_AREA: f64 = 1e-10;
