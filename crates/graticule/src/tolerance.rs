@@ -6,6 +6,7 @@
 /// Largest relative residual `|Ax - b| / (|A| |x| + |b|)` accepted from a linear solver.
 ///
 /// A backward stable factorisation of a mesh Laplacian with a million unknowns stays below 1e-13;
+
 /// four digits of margin tell a broken solution from an ordinary one.
 pub const LINEAR_RESIDUAL: f64 = 1e-9;
 
@@ -13,7 +14,7 @@ pub const LINEAR_RESIDUAL: f64 = 1e-9;
 ///
 /// Collinear points computed in double precision come out some 1e-16 off the line; scans and CAD
 /// data in single precision hold true slivers down to about 1e-8.
-pub const DEGENERATE_HEIGHT: f64 = 1e-12;
+pub const NO_AREA_HEIGHT: f64 = 1e-12;
 
 /// Height of a triangle, over its longest side, below which it is noted as a sliver.
 pub const SLIVER_HEIGHT: f64 = 1e-3;
@@ -36,6 +37,7 @@ pub const SHAPE_GAIN: f64 = 1e-9;
 
 /// Bound on the rounding of a product of two differences of coordinates within `-2.0..=2.0`.
 pub const UNIT_ROUNDING: f64 = 1e-14;
+
 /// Height over longest side below which a triangle counts as degenerate and is not to be divided by.
 ///
 /// Coordinates in double precision give the height of a triangle to about 1e-16 of its longest
@@ -62,6 +64,7 @@ pub const FLIP_SINE: f64 = 1e-14;
 /// as they are although their corners are rounded. A weight that stays negative by less is that
 /// share of its cotangents at most, and is set to 0.
 pub const FLIP_SHARE: f64 = 1e-12;
+
 /// Height over longest side at or below which a triangle in space has no measurable shape.
 ///
 /// A coordinate of the size of the triangle is rounded by up to 2^-53; a triangle this thin is
