@@ -2,8 +2,8 @@ use serde::Serialize;
 
 use super::disjoint_sets::{DisjointSets, number_names};
 use super::{
-    BoundaryLoopId, ComponentId, Element, FaceId, HalfedgeId, PerComponent, PerCorner, PerElement,
-    PerFace, PerVertex, Surface, TriangleMesh, VertexId,
+    BoundaryLoopId, ComponentId, FaceId, HalfedgeId, PerComponent, PerCorner, PerElement, PerFace,
+    PerVertex, Surface, TriangleMesh, VertexId,
 };
 
 /// One value for each boundary loop.

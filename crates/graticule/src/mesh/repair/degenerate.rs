@@ -29,7 +29,15 @@ pub(super) fn remove_degenerate(
     let mut waiting = VecDeque::from(flat);
     let mut stuck = Vec::new();
     let mut progress = false;
-    while let Some(triangle) = waiting.pop_front() {
+    loop {
+        let Some(triangle) = waiting.pop_front() else {
+            if !std::mem::replace(&mut progress, false) {
+                break;
+            }
+            // What was done may have cleared the way.
+            waiting.extend(stuck.drain(..));
+            continue;
+        };
         if budget == 0 {
             break;
         }
@@ -44,9 +52,6 @@ pub(super) fn remove_degenerate(
             progress = true;
         } else {
             stuck.push(triangle);
-        }
-        if waiting.is_empty() && std::mem::replace(&mut progress, false) {
-            waiting.extend(stuck.drain(..));
         }
     }
     let alive = surgery.alive;
@@ -210,14 +215,26 @@ impl<'a> Surgery<'a> {
         })
     }
 
+    fn is_shorter(&self, edge: [u32; 2], other: [u32; 2]) -> bool {
+        let [edge, other] = [edge, other].map(|ends| {
+            let [from, to] = ends.map(|vertex| self.draft.positions[vertex as usize]);
+            length(to - from)
+        });
+        edge < other
+    }
+
     /// Exchanges the long edge of a cap for the one from its tip to the corner across, unless that
-    /// edge exists already.
+    /// edge exists already. Among triangles on one line edges only get shorter, so that no
+    /// exchange is undone.
     fn exchange(&mut self, side: u32, twin: u32) -> bool {
         let [tip, across] = [side, twin].map(|side| self.apex(side));
-        if tip == across || self.neighbors(tip).binary_search(&across).is_ok() {
+        let [flat, other] = [side, twin].map(|side| side / 3);
+        if tip == across
+            || self.neighbors(tip).binary_search(&across).is_ok()
+            || (is_flat(self.draft, other) && !self.is_shorter([tip, across], self.ends(side)))
+        {
             return false;
         }
-        let [flat, other] = [side, twin].map(|side| side / 3);
         self.changes
             .edges_exchanged
             .push(self.draft.polygons[flat as usize]);

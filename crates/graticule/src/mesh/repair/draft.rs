@@ -220,11 +220,8 @@ impl Draft {
         retain(&mut self.polygons, keep);
     }
 
-    /// Drops duplicate triangles, which only cut polygons can still have.
-    pub(super) fn drop_duplicates(&mut self, usable: &UsablePolygons, changes: &mut RepairChanges) {
-        if self.triangles.len() <= usable.faces.face_count() {
-            return;
-        }
+    /// Drops surplus triangles over the same vertices.
+    pub(super) fn drop_duplicates(&mut self, changes: &mut RepairChanges) {
         let surplus = super::duplicates::find_surplus(&self.faces());
         if surplus.is_empty() {
             return;

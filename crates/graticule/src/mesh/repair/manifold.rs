@@ -1,3 +1,6 @@
+use std::collections::VecDeque;
+use std::f64::consts::PI;
+
 use glam::DVec3;
 
 use super::RepairChanges;
@@ -38,13 +41,20 @@ pub(super) fn make_manifold(draft: &mut Draft, changes: &mut RepairChanges) {
 
 /// Chooses which sides hold together at edges with more than two.
 ///
-/// Around the edge, faces in turn that enclose a solid between them do. Then no two edges may
-/// end up with the same ends: where they would, all sides at the edge are let go. A fan cut there
-/// ends in at most two of them, so that vertices of their own tell all edges apart.
+/// In a component that encloses a solid, faces that enclose it between them do; in others those
+/// that go on flattest, so that a sheet stays whole where another one meets it. Then no two edges
+/// may end up with the same ends: where they would, all sides at the edge are let go. A fan cut
+/// there ends in at most two of them, so that vertices of their own tell all edges apart.
 fn pair_at_crowded_edges(draft: &Draft, uses: &EdgeUses, crowded: &[&[u32]], twins: &mut [u32]) {
-    let opening = opening_sides(draft, uses, twins);
+    let solids = Solids::of(draft, uses, twins);
     for group in crowded {
-        for [side, twin] in pair_around_edge(draft, group, &opening) {
+        let sides = solids.sides_around_edge(draft, group);
+        let pairs = if solids.encloses(group[0]) || group.len() > FLATTEST_OF {
+            pair_around_solids(&sides)
+        } else {
+            pair_flattest(&sides)
+        };
+        for [side, twin] in pairs {
             glue(twins, side, twin);
         }
     }
@@ -67,40 +77,91 @@ fn pair_at_crowded_edges(draft: &Draft, uses: &EdgeUses, crowded: &[&[u32]], twi
     }
 }
 
-/// Whether the inside of the surface begins behind a side when one turns counter-clockwise around
-/// its edge, seen against the direction from the smaller to the larger vertex. For this each patch
-/// is oriented like most of its faces, and turned round if its component encloses a negative
-/// volume.
-fn opening_sides(draft: &Draft, uses: &EdgeUses, twins: &[u32]) -> Vec<bool> {
-    let faces = draft.faces();
-    let reversed = Patches::of(&faces, twins).reversed;
-    let (components, count) = edge_components(&faces, uses);
-    let bounds = component_bounds(&faces, &draft.positions, &components, count);
-    let volumes = component_volumes(&faces, &draft.positions, &components, &bounds, &reversed);
-    (0..faces.corner_count() as u32)
-        .map(|side| {
-            let face = faces.face(side) as usize;
-            let backward = faces.origin(side) != faces.edge(side)[0];
-            backward ^ reversed[face] ^ (volumes[components[face] as usize] < 0.0)
-        })
-        .collect()
+/// Sides on one edge up to which the flattest pairs are sought among all.
+const FLATTEST_OF: usize = 64;
+
+/// On which side of its faces each component is solid.
+struct Solids {
+    /// Whether the solid begins at a side when one turns around its edge counter-clockwise, the
+    /// edge pointing at one from its smaller to its larger vertex. For this each patch is oriented
+    /// like most of its faces, and each component turned round if its volume is negative.
+    opening: Vec<bool>,
+    face_components: Vec<u32>,
+    /// Whether every edge of a component has an even number of faces.
+    is_closed: Vec<bool>,
+}
+
+impl Solids {
+    fn of(draft: &Draft, uses: &EdgeUses, twins: &[u32]) -> Self {
+        let faces = draft.faces();
+        let reversed = Patches::of(&faces, twins).reversed;
+        let (face_components, count) = edge_components(&faces, uses);
+        let component = |side: u32| face_components[faces.face(side) as usize] as usize;
+        let bounds = component_bounds(&faces, &draft.positions, &face_components, count);
+        let volumes = component_volumes(
+            &faces,
+            &draft.positions,
+            &face_components,
+            &bounds,
+            &reversed,
+        );
+        let opening = (0..faces.corner_count() as u32)
+            .map(|side| {
+                let backward = faces.origin(side) != faces.edge(side)[0];
+                backward ^ reversed[faces.face(side) as usize] ^ (volumes[component(side)] < 0.0)
+            })
+            .collect();
+        let mut is_closed = vec![true; count];
+        for group in uses.iter() {
+            is_closed[component(group[0])] &= group.len() % 2 == 0;
+        }
+        Self {
+            opening,
+            face_components,
+            is_closed,
+        }
+    }
+
+    fn encloses(&self, side: u32) -> bool {
+        self.is_closed[self.face_components[side as usize / 3] as usize]
+    }
+
+    /// The sides in the order of their faces around the edge. Of faces that coincide, those that
+    /// close a solid come before those that open the next.
+    fn sides_around_edge(&self, draft: &Draft, group: &[u32]) -> Vec<AngledSide> {
+        let angles = angles_around_edge(draft, group).into_iter();
+        let mut sides: Vec<_> = angles
+            .zip(group)
+            .map(|(angle, &side)| AngledSide {
+                angle,
+                opens: self.opening[side as usize],
+                side,
+            })
+            .collect();
+        sides.sort_by(|a, b| {
+            let by_angle = a.angle.total_cmp(&b.angle);
+            by_angle.then((a.opens, a.side).cmp(&(b.opens, b.side)))
+        });
+        sides
+    }
+}
+
+/// A side on a crowded edge.
+#[derive(Clone, Copy, Debug)]
+struct AngledSide {
+    /// Of its face around the edge, in radians.
+    angle: f64,
+    opens: bool,
+    side: u32,
 }
 
 /// Matches each opening side with the closing one that ends the same solid, like brackets around a
 /// circle.
-fn pair_around_edge(draft: &Draft, group: &[u32], opening: &[bool]) -> Vec<[u32; 2]> {
-    let angles = angles_around_edge(draft, group);
-    let mut sides: Vec<_> = group
-        .iter()
-        .zip(angles)
-        .map(|(&side, angle)| (angle, opening[side as usize], side))
-        .collect();
-    // Of faces that coincide, the one that closes a solid comes before the one that opens the next.
-    sides.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+fn pair_around_solids(sides: &[AngledSide]) -> Vec<[u32; 2]> {
     let mut pairs = Vec::new();
     let mut open = Vec::new();
-    let mut unmatched = std::collections::VecDeque::new();
-    for (_, opens, side) in sides {
+    let mut unmatched = VecDeque::new();
+    for &AngledSide { opens, side, .. } in sides {
         if opens {
             open.push(side);
         } else if let Some(partner) = open.pop() {
@@ -113,6 +174,30 @@ fn pair_around_edge(draft: &Draft, group: &[u32], opening: &[bool]) -> Vec<[u32;
         pairs.push([partner, side]);
     }
     pairs
+}
+
+/// Matches opening with closing sides, the pair that makes the flattest edge first.
+fn pair_flattest(sides: &[AngledSide]) -> Vec<[u32; 2]> {
+    let (open, close): (Vec<AngledSide>, Vec<_>) = sides.iter().partition(|side| side.opens);
+    let mut candidates = Vec::new();
+    for from in &open {
+        for to in &close {
+            let fold = ((from.angle - to.angle).abs() - PI).abs();
+            candidates.push((fold, from.side, to.side));
+        }
+    }
+    candidates.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+    let mut taken = Vec::new();
+    for (_, from, to) in candidates {
+        if !taken
+            .as_flattened()
+            .iter()
+            .any(|&side| side == from || side == to)
+        {
+            taken.push([from, to]);
+        }
+    }
+    taken
 }
 
 /// The angle of each face around the edge from its smaller to its larger vertex.

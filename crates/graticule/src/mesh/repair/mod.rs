@@ -117,15 +117,17 @@ pub struct Repaired {
 ///   both stay where they part two solids (a wall all of whose rim has other polygons in pairs);
 /// - cuts polygons into triangles, see [`triangulate_polygon`](super::triangulate_polygon);
 /// - where more than two triangles share an edge, keeps those together that enclose a solid
-///   between them, and splits the edge for the others; splits vertices that join separate fans;
+///   between them, or in open components those that go on flattest, and splits the edge for the
+///   others; splits vertices that join separate fans;
 /// - orients each component consistently, turning as few triangles as possible; then closed
 ///   components outward. A closed component inside another is turned only together with the
 ///   outermost one around it, so that a cavity stays one;
 /// - collapses edges without length, exchanges the long edge of triangles without area, and drops
 ///   such triangles at the boundary. None of it moves the surface or opens a hole.
 ///
-/// Positions are not changed. Repairing the result again changes nothing, save that
-/// [`Weld::Always`] joins split vertices and splits them once more.
+/// Positions are not changed. Repairing the result again changes nothing, save that welding may
+/// find seams that other repairs laid bare ([`Weld::Always`] joins even split vertices, and splits
+/// them once more).
 ///
 /// Cost: O(n log n) time, O(n) memory.
 ///
@@ -142,9 +144,16 @@ pub fn repair(
     let usable = prepare::prepare(soup, options, &mut changes)?;
     watch.check()?;
     let mut draft = Draft::of(soup, &usable, &mut changes, watch)?;
-    draft.drop_duplicates(&usable, &mut changes);
+    if draft.triangles.len() > usable.polygon_sources.len() {
+        // Polygons cut into triangles may share some.
+        draft.drop_duplicates(&mut changes);
+    }
     watch.check()?;
     manifold::make_manifold(&mut draft, &mut changes);
+    if !changes.edges_split.is_empty() {
+        // A wall that was held to itself is a sheet given twice after all.
+        draft.drop_duplicates(&mut changes);
+    }
     watch.check()?;
     orient::orient(&mut draft, options, &mut changes)?;
     watch.check()?;

@@ -38,7 +38,9 @@ fn repaired_with(soup: &PolygonSoup, options: &RepairOptions) -> Repaired {
 }
 
 fn repaired(soup: &PolygonSoup) -> Repaired {
-    repaired_with(soup, &RepairOptions::default())
+    let repaired = repaired_with(soup, &RepairOptions::default());
+    check_fixed_point(&repaired, Weld::Auto);
+    repaired
 }
 
 fn refusal(soup: &PolygonSoup) -> RepairError {
@@ -65,7 +67,7 @@ fn check_maps(soup: &PolygonSoup, repaired: &Repaired) {
     for corner in repaired.mesh_corners(soup) {
         assert!(corner == NO_VALUE || (corner as usize) < mesh.halfedge_count());
     }
-    check_fixed_point(repaired);
+    check_fixed_point(repaired, Weld::Never);
 }
 
 fn soup_of_surface(surface: &Surface) -> PolygonSoup {
@@ -81,9 +83,13 @@ fn soup_of_surface(surface: &Surface) -> PolygonSoup {
     }
 }
 
-fn check_fixed_point(repaired: &Repaired) {
+fn check_fixed_point(repaired: &Repaired, weld: Weld) {
     let again = soup_of_surface(&repaired.surface);
-    let twice = repair(&again, &RepairOptions::default(), &Watch::new()).unwrap();
+    let options = RepairOptions {
+        weld,
+        ..RepairOptions::default()
+    };
+    let twice = repair(&again, &options, &Watch::new()).unwrap();
     assert!(
         twice.changes.is_empty(),
         "repaired again: {}",
@@ -398,8 +404,9 @@ fn orientation_is_made_consistent_and_outward() {
         let outward = repaired(&inward);
         assert_eq!(outward.changes.components_turned.all(), [0]);
         assert!(outward.changes.polygons_turned.is_empty());
-        let [a, b, c] = outward.surface.corner_positions(crate::mesh::FaceId(0));
-        assert!((b - a).normalize().cross((c - a).normalize()).dot(a) > 0.0);
+        let corners = outward.surface.corner_positions(crate::mesh::FaceId(0));
+        let [a, b, c] = corners.map(|p| p * 2.0_f64.powi(-scale));
+        assert!((b - a).cross(c - a).dot(a) > 0.0);
     }
 }
 
