@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::faces::{Faces, PolygonFaces};
+use super::faces::Faces;
 use super::gluing::NONE;
 
 /// For each vertex the first one at exactly the same position; a vertex that is not finite or not
@@ -27,15 +27,23 @@ pub(super) fn first_at_same_position(positions: &[DVec3], used: &[bool]) -> Vec<
 
 /// For each face the first one over the same vertices in whatever order, or [`NONE`] if it is the
 /// first itself.
-pub(super) fn first_over_same_vertices(faces: &PolygonFaces) -> Vec<u32> {
+pub(super) fn first_over_same_vertices(faces: &impl Faces) -> Vec<u32> {
     let sorted = |face: u32| {
-        let mut vertices = faces.vertices(face).to_vec();
+        let corners = faces.corners(face);
+        let mut vertices: Vec<_> = corners.map(|corner| faces.origin(corner)).collect();
         vertices.sort_unstable();
         vertices
     };
-    let sorted_hash = |face: u32| match *faces.vertices(face) {
-        [a, b, c] => hash(sorted_triple([a, b, c])),
-        _ => hash(sorted(face)),
+    let sorted_hash = |face: u32| {
+        let corners = faces.corners(face);
+        if corners.len() == 3 {
+            let first = corners.start;
+            hash(sorted_triple(
+                [0, 1, 2].map(|place| faces.origin(first + place)),
+            ))
+        } else {
+            hash(sorted(face))
+        }
     };
     let mut hashed: Vec<_> = (0..faces.face_count() as u32)
         .map(|face| (sorted_hash(face), face))
@@ -77,19 +85,24 @@ fn sorted_triple([a, b, c]: [u32; 3]) -> [u32; 3] {
 
 fn position_bits(position: DVec3) -> [u64; 3] {
     // Adding 0 turns -0 into 0.
-    position.to_array().map(|coordinate| (coordinate + 0.0).to_bits())
+    position
+        .to_array()
+        .map(|coordinate| (coordinate + 0.0).to_bits())
 }
 
 fn hash<T: Into<u64>>(words: impl IntoIterator<Item = T>) -> u64 {
-    words.into_iter().fold(0x9e37_79b9_7f4a_7c15, |state, word| {
-        let mixed = (state ^ word.into()).wrapping_mul(0xff51_afd7_ed55_8ccd);
-        mixed ^ (mixed >> 32)
-    })
+    words
+        .into_iter()
+        .fold(0x9e37_79b9_7f4a_7c15, |state, word| {
+            let mixed = (state ^ word.into()).wrapping_mul(0xff51_afd7_ed55_8ccd);
+            mixed ^ (mixed >> 32)
+        })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::faces::PolygonFaces;
 
     #[test]
     fn the_first_vertex_at_a_position_stands_for_the_others() {

@@ -225,11 +225,7 @@ pub(super) fn number_fans(faces: &impl Faces, fans: &[u32], vertex_count: usize)
 }
 
 /// The boundary loop of each side without twin, and the number of loops; [`NONE`] elsewhere.
-pub(super) fn boundary_loops(
-    faces: &impl Faces,
-    twins: &[u32],
-    fans: &[u32],
-) -> (Vec<u32>, usize) {
+pub(super) fn boundary_loops(faces: &impl Faces, twins: &[u32], fans: &[u32]) -> (Vec<u32>, usize) {
     let mut sets = DisjointSets::new(fans.len());
     let is_boundary = |side: u32| twins[side as usize] == NONE;
     let sides = (0..fans.len() as u32).filter(|&side| is_boundary(side));

@@ -110,7 +110,11 @@ pub(super) fn component_volumes(
             volume += first.dot(previous.cross(current)) / 6.0;
             previous = current;
         }
-        volumes[component] += if reversed[face as usize] { -volume } else { volume };
+        volumes[component] += if reversed[face as usize] {
+            -volume
+        } else {
+            volume
+        };
     }
     volumes
 }

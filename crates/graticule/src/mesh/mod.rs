@@ -16,9 +16,11 @@ mod list;
 mod measures;
 mod point_tree;
 mod polygon;
+mod repair;
 mod seams;
 mod soup;
 mod surface;
+mod topology;
 mod triangle_mesh;
 mod usable;
 
@@ -28,6 +30,10 @@ pub use error::MeshError;
 pub use id::{BoundaryLoopId, ComponentId, EdgeId, FaceId, HalfedgeId, VertexId};
 pub use list::ElementList;
 pub use polygon::triangulate_polygon;
+pub use repair::{
+    NonFinite, NonOrientable, RepairChanges, RepairError, RepairOptions, Repaired, Weld, repair,
+};
 pub use soup::{Attributes, CornerAttribute, NO_VALUE, PolygonLabels, PolygonSoup, Polygons};
 pub use surface::Surface;
+pub use topology::{ComponentTopology, PerBoundaryLoop, Submesh, Topology, extract_component};
 pub use triangle_mesh::TriangleMesh;

@@ -65,7 +65,8 @@ impl UsablePolygons {
         }
         let first = soup.polygons.corner_range(polygon).start as u32;
         self.faces.push(kept.iter().map(|&place| name(place)));
-        self.corner_sources.extend(kept.iter().map(|place| first + place));
+        self.corner_sources
+            .extend(kept.iter().map(|place| first + place));
         self.polygon_sources.push(number);
     }
 }

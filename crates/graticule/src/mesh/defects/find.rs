@@ -89,7 +89,11 @@ fn set_duplicates_aside(usable: &mut UsablePolygons, defects: &mut Defects) {
 fn find_shape_defects(soup: &PolygonSoup, usable: &UsablePolygons, defects: &mut Defects) {
     for (face, &polygon) in usable.polygon_sources.iter().enumerate() {
         let vertices = usable.faces.vertices(face as u32).iter();
-        let shape = face_shape(vertices.clone().map(|&vertex| soup.positions[vertex as usize]));
+        let shape = face_shape(
+            vertices
+                .clone()
+                .map(|&vertex| soup.positions[vertex as usize]),
+        );
         if shape.has_zero_side {
             defects.zero_length_edges.push(polygon);
         }
@@ -179,7 +183,9 @@ fn find_component_defects(
     let volumes = component_volumes(faces, &soup.positions, &components, &bounds, &as_given);
     let mut consistent_and_closed = vec![true; count];
     for group in uses.iter() {
-        let forward = group.iter().filter(|&&side| faces.origin(side) == faces.edge(side)[0]);
+        let forward = group
+            .iter()
+            .filter(|&&side| faces.origin(side) == faces.edge(side)[0]);
         if 2 * forward.count() != group.len() {
             consistent_and_closed[components[faces.face(group[0]) as usize] as usize] = false;
         }

@@ -30,7 +30,9 @@ fn a_cube_is_sound() {
 #[test]
 fn damaged_polygons_and_vertices_are_named() {
     let mut damaged = cube();
-    damaged.positions.extend([DVec3::NAN, DVec3::INFINITY, DVec3::Y]);
+    damaged
+        .positions
+        .extend([DVec3::NAN, DVec3::INFINITY, DVec3::Y]);
     for polygon in [
         &[0, 1, 99][..],
         &[0, 1, 8],
@@ -77,14 +79,26 @@ fn degenerate_polygons_are_found_at_every_scale() {
 #[test]
 fn non_manifold_and_badly_oriented_places_are_named() {
     let fin = soup(
-        &[[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., -1., 0.2], [0.2, 0., 1.]],
+        &[
+            [0., 0., 0.],
+            [1., 0., 0.],
+            [0., 1., 0.],
+            [0., -1., 0.2],
+            [0.2, 0., 1.],
+        ],
         &[&[0, 1, 2], &[1, 0, 3], &[0, 1, 4]],
     );
     let defects = Defects::find(&fin);
     assert_eq!(defects.non_manifold_edges.all(), [[0, 1]]);
     assert!(defects.non_manifold_vertices.is_empty());
     let bow_tie = soup(
-        &[[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [-1., 0., 0.], [0., -1., 0.]],
+        &[
+            [0., 0., 0.],
+            [1., 0., 0.],
+            [0., 1., 0.],
+            [-1., 0., 0.],
+            [0., -1., 0.],
+        ],
         &[&[0, 1, 2], &[0, 3, 4]],
     );
     assert_eq!(Defects::find(&bow_tie).non_manifold_vertices.all(), [0]);
@@ -104,7 +118,11 @@ fn a_moebius_strip_is_not_orientable() {
         7 => [14, 15, 0, 1],
         _ => quad,
     };
-    let quads: Vec<_> = strip.iter().enumerate().map(|(i, &q)| twisted(i, q)).collect();
+    let quads: Vec<_> = strip
+        .iter()
+        .enumerate()
+        .map(|(i, &q)| twisted(i, q))
+        .collect();
     let polygons: Polygons = quads.iter().map(|quad| &quad[..]).collect();
     let positions = (0..16).map(|i| DVec3::new(f64::from(i), f64::from(i * i), 1.0));
     let moebius = PolygonSoup {
@@ -151,13 +169,27 @@ fn t_junctions_and_open_seams_are_noted() {
             [2., -1., 0.],
             [0., -1., 0.],
         ],
-        &[&[0, 1, 2], &[0, 2, 3], &[4, 7, 5], &[0, 7, 4], &[4, 5, 6], &[4, 6, 1]],
+        &[
+            &[0, 1, 2],
+            &[0, 2, 3],
+            &[4, 7, 5],
+            &[0, 7, 4],
+            &[4, 5, 6],
+            &[4, 6, 1],
+        ],
     );
     let defects = Defects::find(&junction);
     assert_eq!(defects.t_junctions.all(), [4]);
     assert_eq!(defects.non_manifold_vertices.all(), [0, 1]);
     let seam = soup(
-        &[[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [1., 0., 0.], [0., 1., 0.], [1., 1., 0.]],
+        &[
+            [0., 0., 0.],
+            [1., 0., 0.],
+            [0., 1., 0.],
+            [1., 0., 0.],
+            [0., 1., 0.],
+            [1., 1., 0.],
+        ],
         &[&[0, 1, 2], &[4, 3, 5]],
     );
     let defects = Defects::find(&seam);
@@ -170,7 +202,12 @@ fn nothing_in_a_soup_makes_the_search_fail() {
     let empty = Defects::find(&PolygonSoup::default());
     assert_eq!(empty, Defects::default());
     let huge = soup(
-        &[[f64::MAX; 3], [-f64::MAX; 3], [f64::MAX, 0.0, 0.0], [0.0; 3]],
+        &[
+            [f64::MAX; 3],
+            [-f64::MAX; 3],
+            [f64::MAX, 0.0, 0.0],
+            [0.0; 3],
+        ],
         &[&[0, 1, 2], &[0, 1, 3]],
     );
     assert_eq!(Defects::find(&huge).components, 1);
@@ -179,11 +216,15 @@ fn nothing_in_a_soup_makes_the_search_fail() {
 #[test]
 fn the_report_counts_all_and_shows_a_few() {
     let mut many = cube();
-    many.positions.extend((0..500).map(|i| DVec3::splat(f64::from(i))));
+    many.positions
+        .extend((0..500).map(|i| DVec3::splat(f64::from(i))));
     let defects = Defects::find(&many);
     let json = serde_json::to_value(&defects).unwrap();
     assert_eq!(json["isolated_vertices"]["count"], 500);
-    assert_eq!(json["isolated_vertices"]["first"].as_array().unwrap().len(), 20);
+    assert_eq!(
+        json["isolated_vertices"]["first"].as_array().unwrap().len(),
+        20
+    );
     let message = &defects.findings()[0].message;
     assert_eq!(message, "500 vertices without polygon: vertex 8, 9, 10, …");
 }

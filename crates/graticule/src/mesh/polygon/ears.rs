@@ -65,7 +65,9 @@ impl<'a> EarClipper<'a> {
         let points = outline.shadow.iter().map(|point| point.extend(0.0));
         let mut clipper = Self {
             outline,
-            before: (0..count).map(|corner| (corner + count - 1) % count).collect(),
+            before: (0..count)
+                .map(|corner| (corner + count - 1) % count)
+                .collect(),
             after: (0..count).map(|corner| (corner + 1) % count).collect(),
             versions: vec![0; corners],
             candidates: BinaryHeap::with_capacity(corners),

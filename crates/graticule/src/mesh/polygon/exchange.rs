@@ -60,8 +60,13 @@ impl Diagonals {
             return [side; 4];
         };
         let [first, second] = [HalfedgeId(side), HalfedgeId(self.twins[side as usize])];
-        let outer = [first.next(), first.previous(), second.next(), second.previous()]
-            .map(|corner| self.twins[corner.0 as usize]);
+        let outer = [
+            first.next(),
+            first.previous(),
+            second.next(),
+            second.previous(),
+        ]
+        .map(|corner| self.twins[corner.0 as usize]);
         let [one, other] = [first.face(), second.face()];
         self.triangles[one.0 as usize] = [from, right, left];
         self.triangles[other.0 as usize] = [right, to, left];

@@ -74,9 +74,9 @@ struct Outline {
 impl Outline {
     /// `None` if the corners lie on a line or a coordinate is not finite.
     fn new(positions: &[DVec3]) -> Option<Self> {
-        let largest = positions
-            .iter()
-            .fold(0.0_f64, |most, position| most.max(position.abs().max_element()));
+        let largest = positions.iter().fold(0.0_f64, |most, position| {
+            most.max(position.abs().max_element())
+        });
         let scale = reciprocal_power_of_two(largest);
         let positions: Vec<_> = positions.iter().map(|&position| position * scale).collect();
         let normal = facing(&positions)?;
@@ -124,7 +124,8 @@ impl Outline {
     /// The mean ratio 4√3 · area / Σ length², in `0.0..=1.0`.
     fn shape(&self, triangle: [u32; 3]) -> f64 {
         let [a, b, c] = triangle.map(|corner| self.positions[corner as usize]);
-        let squares = (b - a).length_squared() + (c - b).length_squared() + (a - c).length_squared();
+        let squares =
+            (b - a).length_squared() + (c - b).length_squared() + (a - c).length_squared();
         if squares > 0.0 {
             2.0 * 3.0_f64.sqrt() * (b - a).cross(c - a).length() / squares
         } else {
@@ -147,7 +148,9 @@ pub(super) fn reciprocal_power_of_two(largest: f64) -> f64 {
 fn facing(positions: &[DVec3]) -> Option<DVec3> {
     let origin = positions[0];
     let pairs = positions.windows(2);
-    let area: DVec3 = pairs.map(|pair| (pair[0] - origin).cross(pair[1] - origin)).sum();
+    let area: DVec3 = pairs
+        .map(|pair| (pair[0] - origin).cross(pair[1] - origin))
+        .sum();
     let extent = positions
         .iter()
         .map(|&position| position - origin)

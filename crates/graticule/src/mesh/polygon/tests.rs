@@ -76,7 +76,10 @@ fn collinear_corners_on_the_sides_are_kept_without_flat_triangles() {
     let side = |from: [f64; 2], to: [f64; 2]| {
         (0..5).map(move |i| {
             let t = f64::from(i) / 5.0;
-            [from[0] * (1.0 - t) + to[0] * t, from[1] * (1.0 - t) + to[1] * t]
+            [
+                from[0] * (1.0 - t) + to[0] * t,
+                from[1] * (1.0 - t) + to[1] * t,
+            ]
         })
     };
     let square: Vec<_> = side([0.0, 0.0], [1.0, 0.0])
@@ -105,7 +108,12 @@ fn comb(teeth: u32) -> Vec<DVec3> {
     points.reverse();
     for tooth in (0..teeth).rev() {
         let x = f64::from(tooth);
-        points.extend([[x + 0.9, 0.0], [x + 0.7, 1e4], [x + 0.3, 1e4], [x + 0.1, 0.0]]);
+        points.extend([
+            [x + 0.9, 0.0],
+            [x + 0.7, 1e4],
+            [x + 0.3, 1e4],
+            [x + 0.1, 0.0],
+        ]);
     }
     flat(&points)
 }
@@ -127,7 +135,10 @@ fn spiral(turns: u32) -> Vec<DVec3> {
 
 fn shoelace(positions: &[DVec3]) -> f64 {
     let next = positions.iter().cycle().skip(1);
-    let cross = positions.iter().zip(next).map(|(a, b)| a.x * b.y - a.y * b.x);
+    let cross = positions
+        .iter()
+        .zip(next)
+        .map(|(a, b)| a.x * b.y - a.y * b.x);
     cross.sum::<f64>().abs() / 2.0
 }
 
@@ -149,7 +160,14 @@ fn polygons_without_a_plane_are_cut_all_the_same() {
     let point = vec![DVec3::ONE; 7];
     let mut nan = star(10);
     nan[3].x = f64::NAN;
-    let eight = flat(&[[0.0, 0.0], [1.0, 1.0], [2.0, 0.0], [2.0, 1.0], [1.0, 0.0], [0.0, 1.0]]);
+    let eight = flat(&[
+        [0.0, 0.0],
+        [1.0, 1.0],
+        [2.0, 0.0],
+        [2.0, 1.0],
+        [1.0, 0.0],
+        [0.0, 1.0],
+    ]);
     for polygon in [line, point, nan, eight] {
         let triangles = triangulate_polygon(&polygon);
         assert_eq!(triangles.len(), polygon.len() - 2);
