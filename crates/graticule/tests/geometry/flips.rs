@@ -1,15 +1,15 @@
 use glam::{DMat3, DVec2, DVec3};
 use graticule::geometry::{
-    EdgeLengths, IntrinsicTriangulation, Mollification, TriangleShape, angle_defects,
-    corner_angles, cotangent_weights, total_area,
+    EdgeLengths, IntrinsicTriangulation, Mollification, TriangleShape, corner_angles,
+    cotangent_weights, total_area,
 };
 use graticule::mesh::{EdgeId, HalfedgeId, Surface};
 use graticule::watch::Watch;
 use graticule_fixtures::Noise;
 
 use super::{
-    all_fixtures, assert_sound, delaunay, fixtures, function, largest, surface, turn_between,
-    unflipped,
+    all_fixtures, angle_sums, assert_sound, delaunay, fixtures, function, largest, surface,
+    turn_between, unflipped,
 };
 
 #[test]
@@ -33,7 +33,7 @@ fn assert_same_surface(
 ) {
     let [a, b] = [before, after].map(|t| total_area(t.shapes()));
     assert!((a - b).abs() < 1e-10 * a, "{name}");
-    let [a, b] = [before, after].map(angle_defects);
+    let [a, b] = [before, after].map(angle_sums);
     let worst = largest(a.iter().zip(&b).map(|(a, b)| a - b));
     assert!(worst < 1e-10, "{name}: {worst:e}");
 }

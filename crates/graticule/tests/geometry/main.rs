@@ -9,7 +9,9 @@ mod space;
 use std::f64::consts::TAU;
 
 use glam::DVec3;
-use graticule::geometry::{DelaunayReport, IntrinsicTriangulation, intrinsic_delaunay};
+use graticule::geometry::{
+    DelaunayReport, IntrinsicTriangulation, corner_angles, intrinsic_delaunay,
+};
 use graticule::mesh::{PerVertex, Surface, VertexId};
 use graticule::watch::Watch;
 use graticule_fixtures as fixtures;
@@ -77,6 +79,15 @@ fn inner_vertices(surface: &Surface) -> Vec<VertexId> {
     let mesh = surface.mesh();
     let vertices = mesh.vertices();
     vertices.filter(|&v| !mesh.is_boundary_vertex(v)).collect()
+}
+
+/// The sum of the angles at each vertex, taken from the triangles as they are now.
+fn angle_sums(triangulation: &IntrinsicTriangulation) -> PerVertex<f64> {
+    let mut sums = PerVertex::filled(triangulation.vertex_count(), 0.0);
+    for (halfedge, angle) in corner_angles(triangulation.shapes()).enumerate() {
+        sums[triangulation.origin(halfedge)] += angle;
+    }
+    sums
 }
 
 /// Difference of two angles up to whole turns.
