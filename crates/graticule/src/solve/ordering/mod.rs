@@ -40,7 +40,8 @@ impl Ordering {
         Some(Self { order, places })
     }
 
-    fn from_permutation(order: Vec<u32>) -> Self {
+    /// `order` holds every number below its length once.
+    pub(super) fn from_permutation(order: Vec<u32>) -> Self {
         let mut places = vec![0; order.len()];
         for (place, &unknown) in order.iter().enumerate() {
             places[unknown as usize] = place as u32;
