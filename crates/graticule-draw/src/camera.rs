@@ -101,12 +101,7 @@ mod tests {
             radius: 5.0,
             ring: false,
         };
-        Panel {
-            eye,
-            layers: vec![points.into()],
-            legend: None,
-            caption: None,
-        }
+        Panel::new(eye, vec![points.into()])
     }
 
     #[test]

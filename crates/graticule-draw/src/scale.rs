@@ -124,7 +124,7 @@ impl Legend {
         if value == 0.0 || range == 0.0 {
             return "0".into();
         }
-        let [range_digits, value_digits] = [range, largest].map(|x| x.log10().floor() as i32);
+        let [range_digits, value_digits] = [range, largest].map(|x| libm::log10(x).floor() as i32);
         if value_digits > 5 || range_digits < -5 {
             let digits = (value_digits - range_digits + 2).clamp(1, 9) as usize;
             let text = format!("{value:.digits$e}");

@@ -83,6 +83,7 @@ pub fn surface(surface: &Surface, style: &SurfaceStyle<'_>) -> Result<Panel, Dra
         layers: vec![triangles.into()],
         legend,
         caption: None,
+        notes: Vec::new(),
     };
     if style.edges {
         panel = panel.with_layer(edge_lines(surface));

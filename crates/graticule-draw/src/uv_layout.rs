@@ -46,7 +46,7 @@ impl Default for LayoutStyle<'_> {
 
 /// The triangles of a surface by their texture coordinates, u to the right and v up.
 ///
-/// Triangles without finite coordinates are left out; a caption tells how many, and how many are
+/// Triangles without finite coordinates are left out; a note tells how many, and how many are
 /// flipped (their corners run clockwise).
 ///
 /// # Errors
@@ -92,7 +92,8 @@ pub fn uv_layout(
         eye: Eye::Plane,
         layers,
         legend,
-        caption: note(flipped.len(), surface.mesh().face_count() - faces.len()),
+        caption: None,
+        notes: notes(flipped.len(), surface.mesh().face_count() - faces.len()),
     })
 }
 
@@ -208,7 +209,7 @@ fn rings(uvs: &PerCorner<DVec2>, faces: &[FaceId]) -> Points {
     }
 }
 
-fn note(flipped: usize, left_out: usize) -> Option<String> {
+fn notes(flipped: usize, left_out: usize) -> Vec<String> {
     let plural = |count: usize| if count == 1 { "" } else { "s" };
     let flips = (flipped > 0).then(|| format!("{flipped} flipped triangle{}", plural(flipped)));
     let missing = (left_out > 0).then(|| {
@@ -217,6 +218,5 @@ fn note(flipped: usize, left_out: usize) -> Option<String> {
             plural(left_out)
         )
     });
-    let notes: Vec<String> = flips.into_iter().chain(missing).collect();
-    (!notes.is_empty()).then(|| notes.join(", "))
+    flips.into_iter().chain(missing).collect()
 }

@@ -200,17 +200,29 @@ impl Band {
         (row * self.sample_columns() + column) as usize
     }
 
+    fn is_empty(&self, column: i32, row: i32) -> bool {
+        (row * SAMPLES..(row + 1) * SAMPLES).all(|y| {
+            let first = self.sample(column * SAMPLES, y);
+            let line = &self.ids[first..first + SAMPLES as usize];
+            line.iter().all(|&id| id == NOTHING)
+        })
+    }
+
     /// Each triangle seen in the pixel is shaded once, in the middle of its samples.
     fn pixel(&self, column: i32, row: i32, shader: &Shader<'_>) -> [u8; 4] {
         let mut seen = [(NOTHING, [0_i32; 3]); (SAMPLES * SAMPLES) as usize];
         let mut count = 0;
+        if self.is_empty(column, row) {
+            return [0; 4];
+        }
         for y in row * SAMPLES..(row + 1) * SAMPLES {
             for x in column * SAMPLES..(column + 1) * SAMPLES {
                 let id = self.ids[self.sample(x, y)];
                 if id == NOTHING {
                     continue;
                 }
-                let known = seen[..count].iter().position(|&(other, _)| other == id);
+                // Most often the one seen last.
+                let known = seen[..count].iter().rposition(|&(other, _)| other == id);
                 let entry = known.unwrap_or_else(|| {
                     seen[count].0 = id;
                     count += 1;
