@@ -17,23 +17,33 @@ const FARTHEST_SQUARE: f64 = 131_072.0;
 pub struct CheckerStyle<'a> {
     /// Texture coordinates.
     pub uvs: &'a PerCorner<DVec2>,
-    /// Side of a square in texture space; `None` for one that puts some 25 squares across the
-    /// surface, see [`fitting_checker_side`].
-    pub side: Option<f64>,
+    /// Their size.
+    pub squares: Squares,
+}
+
+/// The size of the squares of a checker.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Squares {
+    /// Some 20 to 40 across the surface, see [`fitting_checker_side`].
+    #[default]
+    Fitting,
+    /// Of this side in texture space.
+    OfSide(f64),
 }
 
 impl<'a> CheckerStyle<'a> {
     /// Squares of a fitting side.
     #[must_use]
     pub fn fitting(uvs: &'a PerCorner<DVec2>) -> Self {
-        Self { uvs, side: None }
+        let squares = Squares::Fitting;
+        Self { uvs, squares }
     }
 
     pub(crate) fn checker(&self, surface: &Surface) -> Result<Checker, DrawError> {
-        let side = match self.side {
-            Some(side) if side > 0.0 && side.is_finite() => side,
-            Some(side) => return Err(DrawError::CheckerSide { side }),
-            None => fitting_checker_side(surface, self.uvs)?,
+        let side = match self.squares {
+            Squares::OfSide(side) if side > 0.0 && side.is_finite() => side,
+            Squares::OfSide(side) => return Err(DrawError::CheckerSide { side }),
+            Squares::Fitting => fitting_checker_side(surface, self.uvs)?,
         };
         let [low, _] = layout_box(surface, self.uvs)?;
         // Moving by whole pairs of squares keeps the colours and brings the numbers near zero.
@@ -185,7 +195,7 @@ mod tests {
         let checker = |uvs: &PerCorner<DVec2>| {
             let style = CheckerStyle {
                 uvs,
-                side: Some(0.125),
+                squares: Squares::OfSide(0.125),
             };
             style.checker(&surface).unwrap().corners
         };
@@ -217,7 +227,7 @@ mod tests {
         ));
         let negative = CheckerStyle {
             uvs: &uvs,
-            side: Some(-1.0),
+            squares: Squares::OfSide(-1.0),
         };
         assert!(matches!(
             negative.checker(&surface),

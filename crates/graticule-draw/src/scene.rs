@@ -261,6 +261,7 @@ impl Lines {
     }
 
     /// The polylines.
+    #[must_use]
     pub fn iter(&self) -> impl ExactSizeIterator<Item = &[DVec3]> {
         self.starts
             .windows(2)

@@ -4,8 +4,8 @@ use glam::{DVec2, DVec3};
 use graticule::mesh::{Element, PerCorner, PerFace, PerVertex, Surface};
 use graticule_draw::{
     CheckerStyle, Color, ColorMap, ColorScale, DrawError, Eye, Figure, Frame, Layer, LayoutStyle,
-    Legend, Lines, Paint, Panel, Picture, Points, Range, Shading, SurfaceStyle, Triangles, View,
-    side_by_side, surface, uv_layout,
+    Legend, Lines, Paint, Panel, Picture, Points, Range, Shading, Squares, SurfaceStyle, Triangles,
+    View, side_by_side, surface, uv_layout,
 };
 use graticule_fixtures::Fixture;
 
@@ -170,8 +170,7 @@ fn a_checker_has_equal_shares_of_both_colours() {
     let square = surface_of(&graticule_fixtures::grid(1.0, 1.0, 7, 7));
     let uvs = uvs_of(&square, DVec3::truncate);
     let style = LayoutStyle {
-        checker: true,
-        checker_side: Some(0.1),
+        checker: Some(Squares::OfSide(0.1)),
         color: Color::WHITE,
         edges: false,
         boundary: false,
@@ -192,8 +191,7 @@ fn a_checker_too_fine_to_be_seen_is_an_even_grey() {
     let square = surface_of(&graticule_fixtures::grid(1.0, 1.0, 2, 2));
     let uvs = uvs_of(&square, DVec3::truncate);
     let style = LayoutStyle {
-        checker: true,
-        checker_side: Some(1e-5),
+        checker: Some(Squares::OfSide(1e-5)),
         color: Color::WHITE,
         edges: false,
         ..LayoutStyle::default()
@@ -298,7 +296,7 @@ fn full_picture(fixture: &Fixture) -> Picture {
     };
     let layout = LayoutStyle {
         figure: Some(Figure::per_face("number", &numbers)),
-        checker: true,
+        checker: Some(Squares::Fitting),
         ..LayoutStyle::default()
     };
     side_by_side(vec![

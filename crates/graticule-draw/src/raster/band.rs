@@ -157,7 +157,9 @@ impl Band {
             let start = row * i64::from(self.sample_columns()) + i64::from(columns.start);
             let mut span = [0, width];
             if width > NARROW {
-                sides.iter().for_each(|side| side.narrow(&mut span));
+                for side in &sides {
+                    side.narrow(&mut span);
+                }
             }
             for right in span[0]..span[1] {
                 let is_outside = |side: &Side| side.value + side.step_right * right < 0;
@@ -166,9 +168,9 @@ impl Band {
                 }
                 self.cover((start + right) as usize, depth.at(right, down), id, order);
             }
-            sides
-                .iter_mut()
-                .for_each(|side| side.value += side.step_down);
+            for side in &mut sides {
+                side.value += side.step_down;
+            }
         }
     }
 
