@@ -1,7 +1,7 @@
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use crate::{Eye, Frame, Panel};
+use crate::{Eye, Frame, Layer, Panel};
 
 /// Distance of the viewer in perspective, in largest extents of the layers.
 const DISTANCE: f64 = 4.0;
@@ -24,7 +24,7 @@ impl Camera {
     /// and height, `margin` pixels from its sides. `None` if there is no finite position, or if
     /// differences of positions overflow.
     pub(crate) fn fit(panel: &Panel, size: DVec2, margin: f64) -> Option<Self> {
-        let positions = || panel.layers.par_iter().flat_map(|layer| layer.positions());
+        let positions = || panel.layers.par_iter().flat_map(Layer::positions);
         let [low, high] = bounds(positions().copied());
         let extent = (high - low).max_element();
         if !extent.is_finite() || !low.is_finite() {
@@ -101,12 +101,7 @@ mod tests {
             radius: 5.0,
             ring: false,
         };
-        Panel {
-            eye,
-            layers: vec![points.into()],
-            legend: None,
-            caption: None,
-        }
+        Panel::new(eye, vec![points.into()])
     }
 
     #[test]

@@ -1,5 +1,6 @@
 use glam::DVec2;
 use graticule::mesh::{FaceId, PerCorner, Surface};
+use rayon::prelude::*;
 
 use crate::error::check_count;
 use crate::{Checker, Color, DrawError};
@@ -16,23 +17,33 @@ const FARTHEST_SQUARE: f64 = 131_072.0;
 pub struct CheckerStyle<'a> {
     /// Texture coordinates.
     pub uvs: &'a PerCorner<DVec2>,
-    /// Side of a square in texture space; `None` for one that puts some 25 squares across the
-    /// surface, see [`fitting_checker_side`].
-    pub side: Option<f64>,
+    /// Their size.
+    pub squares: Squares,
+}
+
+/// The size of the squares of a checker.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Squares {
+    /// Some 20 to 40 across the surface, see [`fitting_checker_side`].
+    #[default]
+    Fitting,
+    /// Of this side in texture space.
+    OfSide(f64),
 }
 
 impl<'a> CheckerStyle<'a> {
     /// Squares of a fitting side.
     #[must_use]
     pub fn fitting(uvs: &'a PerCorner<DVec2>) -> Self {
-        Self { uvs, side: None }
+        let squares = Squares::Fitting;
+        Self { uvs, squares }
     }
 
     pub(crate) fn checker(&self, surface: &Surface) -> Result<Checker, DrawError> {
-        let side = match self.side {
-            Some(side) if side > 0.0 && side.is_finite() => side,
-            Some(side) => return Err(DrawError::CheckerSide { side }),
-            None => fitting_checker_side(surface, self.uvs)?,
+        let side = match self.squares {
+            Squares::OfSide(side) if side > 0.0 && side.is_finite() => side,
+            Squares::OfSide(side) => return Err(DrawError::CheckerSide { side }),
+            Squares::Fitting => fitting_checker_side(surface, self.uvs)?,
         };
         let [low, _] = layout_box(surface, self.uvs)?;
         // Moving by whole pairs of squares keeps the colours and brings the numbers near zero.
@@ -57,8 +68,10 @@ impl<'a> CheckerStyle<'a> {
     }
 }
 
-/// The side of a checker square in texture space that, on the average over the surface, is a
-/// fortieth of the diagonal of its bounding box.
+/// The side of a checker square in texture space that, on the median of the surface, is a fortieth
+/// of the diagonal of its bounding box: on half of its area the squares are larger.
+///
+/// Cost: sorting the triangles by their scale.
 ///
 /// # Errors
 /// [`DrawError::ValueCount`], [`DrawError::NoCoordinates`], [`DrawError::ZeroExtent`] or
@@ -69,24 +82,36 @@ pub fn fitting_checker_side(surface: &Surface, uvs: &PerCorner<DVec2>) -> Result
     let [bottom, top] = surface.bounding_box();
     let extent = (top - bottom).max_element();
     let diagonal = ((top - bottom) / extent).length();
-    let mut areas = [0.0; 2];
-    for face in finite_faces(surface, uvs) {
+    let area_and_scale = |face: FaceId| {
         let [a, b, c] = surface
             .corner_positions(face)
             .map(|p| (p - bottom) / extent);
         let [p, q, r] = face
             .halfedges()
             .map(|corner| (uvs[corner] - low) / layout_extent);
-        areas[0] += (b - a).cross(c - a).length();
-        areas[1] += (q - p).perp_dot(r - p).abs();
-    }
-    let scale = (areas[1] / areas[0]).sqrt();
-    let side = if scale > 0.0 && scale.is_finite() {
-        scale * diagonal / SQUARES
-    } else {
-        1.0 / SQUARES
+        let area = (b - a).cross(c - a).length();
+        (area, ((q - p).perp_dot(r - p).abs() / area).sqrt())
     };
+    let scale = weighted_median(finite_faces(surface, uvs).map(area_and_scale));
+    let side = scale.map_or(1.0 / SQUARES, |scale| scale * diagonal / SQUARES);
     Ok((side * layout_extent).max(f64::MIN_POSITIVE))
+}
+
+/// The positive value below which half of the weight lies.
+fn weighted_median(weighted: impl Iterator<Item = (f64, f64)>) -> Option<f64> {
+    let mut weighted: Vec<(f64, f64)> = weighted
+        .filter(|&(weight, value)| weight > 0.0 && value > 0.0 && value.is_finite())
+        .collect();
+    weighted.par_sort_by(|a, b| a.1.total_cmp(&b.1));
+    let total: f64 = weighted.iter().map(|&(weight, _)| weight).sum();
+    let mut below = 0.0;
+    weighted
+        .into_iter()
+        .find(|&(weight, _)| {
+            below += weight;
+            2.0 * below >= total
+        })
+        .map(|(_, value)| value)
 }
 
 /// The triangles with finite coordinates at their three corners.
@@ -170,7 +195,7 @@ mod tests {
         let checker = |uvs: &PerCorner<DVec2>| {
             let style = CheckerStyle {
                 uvs,
-                side: Some(0.125),
+                squares: Squares::OfSide(0.125),
             };
             style.checker(&surface).unwrap().corners
         };
@@ -202,7 +227,7 @@ mod tests {
         ));
         let negative = CheckerStyle {
             uvs: &uvs,
-            side: Some(-1.0),
+            squares: Squares::OfSide(-1.0),
         };
         assert!(matches!(
             negative.checker(&surface),

@@ -28,6 +28,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 #![forbid(unsafe_code)]
+// Pixels and samples are counted below 2^17 each way, and numbers are rounded or clamped to be
+// non-negative before they become one.
+#![allow(clippy::cast_sign_loss, clippy::cast_possible_wrap)]
 
 mod camera;
 mod checker;
@@ -48,7 +51,7 @@ mod text;
 mod uv_layout;
 mod view;
 
-pub use checker::{CheckerStyle, fitting_checker_side};
+pub use checker::{CheckerStyle, Squares, fitting_checker_side};
 pub use color::{Color, ColorMap};
 pub use error::{DrawError, MAX_SIDE};
 pub use figure::{Figure, Values};
@@ -57,6 +60,6 @@ pub use scene::{
     Checker, Eye, Layer, Legend, Lines, Paint, Panel, Picture, Points, Shading, Triangles,
     side_by_side,
 };
-pub use surface::{SurfaceStyle, surface};
+pub use surface::{Projection, SurfaceStyle, surface};
 pub use uv_layout::{LayoutStyle, uv_layout};
 pub use view::{Frame, View};

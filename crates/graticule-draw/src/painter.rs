@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3, Vec3};
 
 use crate::camera::Camera;
-use crate::raster::{flat_normal, lit};
+use crate::raster::{depth_of_shade, flat_normal, lit};
 use crate::scene::{Checker, Paint, Shading, Triangles};
 use crate::sheet::Shape;
 use crate::{Color, Eye, Layer, Panel};
@@ -94,7 +94,7 @@ fn shaded(
                 .as_vec3()
         }),
     };
-    lit(color, normal, near_side)
+    lit(color, normal, near_side, depth_of_shade(layer))
 }
 
 /// The triangle cut along the squares of its checker, each piece with its colour.

@@ -41,11 +41,9 @@ impl ColorScale {
     pub fn legend(&self, title: &str, values: &[f64]) -> Legend {
         let [mut low, mut high] = self.bounds(values);
         if let Some(middle) = self.middle.filter(|middle| middle.is_finite()) {
-            let reach = (high - middle)
-                .max(middle - low)
-                .max(0.0)
-                .min(f64::MAX / 4.0);
-            [low, high] = [middle - reach, middle + reach];
+            let reach = (high - middle).max(middle - low).clamp(0.0, f64::MAX / 4.0);
+            let finite = |value: f64| value.clamp(f64::MIN, f64::MAX);
+            [low, high] = [finite(middle - reach), finite(middle + reach)];
         }
         Legend {
             title: title.into(),
@@ -124,7 +122,7 @@ impl Legend {
         if value == 0.0 || range == 0.0 {
             return "0".into();
         }
-        let [range_digits, value_digits] = [range, largest].map(|x| x.log10().floor() as i32);
+        let [range_digits, value_digits] = [range, largest].map(|x| libm::log10(x).floor() as i32);
         if value_digits > 5 || range_digits < -5 {
             let digits = (value_digits - range_digits + 2).clamp(1, 9) as usize;
             let text = format!("{value:.digits$e}");
@@ -172,7 +170,7 @@ mod tests {
     #[test]
     fn a_middle_gets_the_middle_of_the_map() {
         let legend = legend(ColorScale::diverging(0.0), &[-1.0, 0.5, 3.0]);
-        assert_eq!([legend.low, legend.high], [-3.0, 3.0]);
+        assert!((legend.low + 3.0).abs() < 1e-15 && (legend.high - 3.0).abs() < 1e-15);
         assert!((legend.share(0.0) - 0.5).abs() < 1e-15);
     }
 
@@ -183,7 +181,7 @@ mod tests {
         assert_eq!(constant.format(2.5), "2.5");
         assert!((constant.share(2.5) - 0.5).abs() < 1e-15);
         let none = legend(ColorScale::default(), &[f64::NAN]);
-        assert_eq!([none.low, none.high], [0.0, 0.0]);
+        assert!(none.low.abs() < 1e-15 && none.high.abs() < 1e-15);
     }
 
     #[test]

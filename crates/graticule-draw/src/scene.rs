@@ -90,9 +90,24 @@ pub struct Panel {
     pub legend: Option<Legend>,
     /// A line or two below the drawing.
     pub caption: Option<String>,
+    /// Facts about the drawing that its reader must know, such as what was left out; after the
+    /// caption.
+    pub notes: Vec<String>,
 }
 
 impl Panel {
+    /// Layers seen by an eye, without legend and text.
+    #[must_use]
+    pub fn new(eye: Eye, layers: Vec<Layer>) -> Self {
+        Self {
+            eye,
+            layers,
+            legend: None,
+            caption: None,
+            notes: Vec::new(),
+        }
+    }
+
     /// The same panel with a caption.
     #[must_use]
     pub fn with_caption(mut self, caption: impl Into<String>) -> Self {
@@ -246,6 +261,7 @@ impl Lines {
     }
 
     /// The polylines.
+    #[must_use]
     pub fn iter(&self) -> impl ExactSizeIterator<Item = &[DVec3]> {
         self.starts
             .windows(2)

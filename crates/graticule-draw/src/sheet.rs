@@ -125,9 +125,13 @@ impl Style {
 }
 
 fn caption_lines(panel: &Panel, font_size: f64, width: f64) -> Vec<String> {
-    panel.caption.as_ref().map_or_else(Vec::new, |caption| {
-        wrapped(caption, font_size, width - 2.0 * font_size)
-    })
+    let parts: Vec<&str> = panel
+        .caption
+        .iter()
+        .chain(&panel.notes)
+        .map(String::as_str)
+        .collect();
+    wrapped(&parts.join(" · "), font_size, width - 2.0 * font_size)
 }
 
 fn push_panel(

@@ -7,6 +7,16 @@ use crate::{
     CheckerStyle, Color, DrawError, Eye, Figure, Lines, Paint, Panel, Shading, Triangles, View,
 };
 
+/// How space comes to the plane.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Projection {
+    /// From a point at four times the extent of the surface: near parts are a little larger.
+    #[default]
+    Perspective,
+    /// Along parallel lines: equal lengths across the view are equal in the picture.
+    Orthographic,
+}
+
 /// How a surface is drawn in space.
 #[derive(Clone, Debug)]
 pub struct SurfaceStyle<'a> {
@@ -21,7 +31,7 @@ pub struct SurfaceStyle<'a> {
     /// From where the surface is seen.
     pub view: View,
     /// Whether near parts are a little larger.
-    pub perspective: bool,
+    pub projection: Projection,
     /// Whether normals are averaged at the vertices, except across creases.
     pub smooth: bool,
     /// Whether the edges of the triangles are drawn, where they are not too dense to be seen.
@@ -38,7 +48,7 @@ impl Default for SurfaceStyle<'_> {
             seams: None,
             color: Color::CLAY,
             view: View::Automatic,
-            perspective: true,
+            projection: Projection::Perspective,
             smooth: true,
             edges: false,
             boundary: true,
@@ -75,14 +85,14 @@ pub fn surface(surface: &Surface, style: &SurfaceStyle<'_>) -> Result<Panel, Dra
         },
     };
     let mut panel = Panel {
-        eye: if style.perspective {
-            Eye::Perspective(frame)
-        } else {
-            Eye::Orthographic(frame)
+        eye: match style.projection {
+            Projection::Perspective => Eye::Perspective(frame),
+            Projection::Orthographic => Eye::Orthographic(frame),
         },
         layers: vec![triangles.into()],
         legend,
         caption: None,
+        notes: Vec::new(),
     };
     if style.edges {
         panel = panel.with_layer(edge_lines(surface));

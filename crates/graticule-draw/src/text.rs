@@ -2,7 +2,7 @@ use std::sync::LazyLock;
 
 use glam::DVec2;
 use tiny_skia::{Path, PathBuilder};
-use ttf_parser::{Face, OutlineBuilder};
+use ttf_parser::{Face, GlyphId, OutlineBuilder};
 
 /// Noto Sans: it has the Greek letters and signs of the field, and viewers of SVG know it.
 static FONT: LazyLock<Face<'static>> = LazyLock::new(|| {
@@ -18,8 +18,24 @@ pub(crate) fn text_width(text: &str, size: f64) -> f64 {
     units * size / f64::from(FONT.units_per_em())
 }
 
+/// The glyph of a letter; for small digits that the font lacks the plain ones, for other letters
+/// that it lacks a question mark, for control characters nothing.
+fn glyph(letter: char) -> Option<GlyphId> {
+    const SMALL_DIGITS: u32 = '₀' as u32;
+    if letter.is_control() {
+        return None;
+    }
+    let plain = (letter as u32)
+        .checked_sub(SMALL_DIGITS)
+        .and_then(|value| char::from_digit(value, 10));
+    [Some(letter), plain, Some('?')]
+        .into_iter()
+        .flatten()
+        .find_map(|letter| FONT.glyph_index(letter))
+}
+
 fn advance(letter: char) -> u16 {
-    FONT.glyph_index(letter)
+    glyph(letter)
         .and_then(|glyph| FONT.glyph_hor_advance(glyph))
         .unwrap_or(0)
 }
@@ -33,7 +49,7 @@ pub(crate) fn text_outline(text: &str, size: f64, place: DVec2) -> Option<Path> 
         scale,
     };
     for letter in text.chars() {
-        if let Some(glyph) = FONT.glyph_index(letter) {
+        if let Some(glyph) = glyph(letter) {
             FONT.outline_glyph(glyph, &mut pen);
         }
         pen.place.x += f64::from(advance(letter)) * scale;
@@ -106,6 +122,13 @@ mod tests {
         for letter in "aZ09θφλμσκπ°²·×−–".chars() {
             assert!(FONT.glyph_index(letter).is_some(), "{letter}");
         }
+    }
+
+    #[test]
+    fn letters_that_the_font_lacks_are_replaced() {
+        assert_eq!(glyph('₂'), glyph('2'));
+        assert_eq!(glyph('字'), glyph('?'));
+        assert_eq!(glyph('\n'), None);
     }
 
     #[test]

@@ -5,7 +5,8 @@ use crate::checker::{finite_faces, layout_box};
 use crate::scene::in_plane;
 use crate::surface::{faint_lines, is_seam};
 use crate::{
-    CheckerStyle, Color, DrawError, Eye, Figure, Lines, Paint, Panel, Points, Shading, Triangles,
+    CheckerStyle, Color, DrawError, Eye, Figure, Lines, Paint, Panel, Points, Shading, Squares,
+    Triangles,
 };
 
 /// Flipped triangles are ringed if there are no more than this; beyond, they are seen anyway.
@@ -16,10 +17,8 @@ const MOST_RINGS: usize = 200;
 pub struct LayoutStyle<'a> {
     /// Numbers shown as colours.
     pub figure: Option<Figure<'a>>,
-    /// Whether squares of texture space are drawn over the colours.
-    pub checker: bool,
-    /// Side of the squares; `None` for the side that fits the surface.
-    pub checker_side: Option<f64>,
+    /// Squares of texture space, over the colours.
+    pub checker: Option<Squares>,
     /// The colour without a figure.
     pub color: Color,
     /// Whether the edges of the triangles are drawn, where they are not too dense to be seen.
@@ -34,8 +33,7 @@ impl Default for LayoutStyle<'_> {
     fn default() -> Self {
         Self {
             figure: None,
-            checker: false,
-            checker_side: None,
+            checker: None,
             color: Color::CLAY,
             edges: true,
             boundary: true,
@@ -46,7 +44,7 @@ impl Default for LayoutStyle<'_> {
 
 /// The triangles of a surface by their texture coordinates, u to the right and v up.
 ///
-/// Triangles without finite coordinates are left out; a caption tells how many, and how many are
+/// Triangles without finite coordinates are left out; a note tells how many, and how many are
 /// flipped (their corners run clockwise).
 ///
 /// # Errors
@@ -69,9 +67,8 @@ pub fn uv_layout(
         None => (Paint::Uniform(style.color), None),
     };
     let mut fill = loose_triangles(uvs, &upright, of_faces(paint, surface, &upright));
-    if style.checker {
-        let side = style.checker_side;
-        let mut checker = CheckerStyle { uvs, side }.checker(surface)?;
+    if let Some(squares) = style.checker {
+        let mut checker = CheckerStyle { uvs, squares }.checker(surface)?;
         let corners = upright.iter().map(|face| checker.corners[face.index()]);
         checker.corners = corners.collect();
         fill.checker = Some(checker);
@@ -92,7 +89,8 @@ pub fn uv_layout(
         eye: Eye::Plane,
         layers,
         legend,
-        caption: note(flipped.len(), surface.mesh().face_count() - faces.len()),
+        caption: None,
+        notes: notes(flipped.len(), surface.mesh().face_count() - faces.len()),
     })
 }
 
@@ -208,7 +206,7 @@ fn rings(uvs: &PerCorner<DVec2>, faces: &[FaceId]) -> Points {
     }
 }
 
-fn note(flipped: usize, left_out: usize) -> Option<String> {
+fn notes(flipped: usize, left_out: usize) -> Vec<String> {
     let plural = |count: usize| if count == 1 { "" } else { "s" };
     let flips = (flipped > 0).then(|| format!("{flipped} flipped triangle{}", plural(flipped)));
     let missing = (left_out > 0).then(|| {
@@ -217,6 +215,5 @@ fn note(flipped: usize, left_out: usize) -> Option<String> {
             plural(left_out)
         )
     });
-    let notes: Vec<String> = flips.into_iter().chain(missing).collect();
-    (!notes.is_empty()).then(|| notes.join(", "))
+    flips.into_iter().chain(missing).collect()
 }

@@ -50,10 +50,10 @@ impl Frame {
     /// degrees up.
     #[must_use]
     fn turned(self, azimuth: f64, elevation: f64) -> Self {
-        let (sin, cos) = azimuth.to_radians().sin_cos();
+        let (sin, cos) = libm::sincos(azimuth.to_radians());
         let right = self.right * cos - self.toward * sin;
         let toward = self.right * sin + self.toward * cos;
-        let (sin, cos) = elevation.to_radians().sin_cos();
+        let (sin, cos) = libm::sincos(elevation.to_radians());
         Self {
             right,
             up: self.up * cos - toward * sin,
@@ -109,10 +109,14 @@ fn automatic_frame(surface: &Surface) -> Frame {
 /// seen from below its upper edge, as one looks onto a ground plane.
 fn patch_frame(surface: &Surface, normal: DVec3) -> Frame {
     let normal = normal.normalize_or(DVec3::Z);
+    let size = size_in(surface, &Frame::PLANE);
+    // One that lies on its back or face is held with its longer side across.
     let up = if normal.y.abs() < 0.8 {
         DVec3::Y
-    } else {
+    } else if size.x >= size.z {
         DVec3::NEG_Z * normal.y.signum()
+    } else {
+        DVec3::X
     };
     let frame = Frame::new(normal, up).unwrap_or(Frame::PLANE);
     let size = size_in(surface, &frame);

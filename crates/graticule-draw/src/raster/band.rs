@@ -157,7 +157,9 @@ impl Band {
             let start = row * i64::from(self.sample_columns()) + i64::from(columns.start);
             let mut span = [0, width];
             if width > NARROW {
-                sides.iter().for_each(|side| side.narrow(&mut span));
+                for side in &sides {
+                    side.narrow(&mut span);
+                }
             }
             for right in span[0]..span[1] {
                 let is_outside = |side: &Side| side.value + side.step_right * right < 0;
@@ -166,9 +168,9 @@ impl Band {
                 }
                 self.cover((start + right) as usize, depth.at(right, down), id, order);
             }
-            sides
-                .iter_mut()
-                .for_each(|side| side.value += side.step_down);
+            for side in &mut sides {
+                side.value += side.step_down;
+            }
         }
     }
 
@@ -200,17 +202,29 @@ impl Band {
         (row * self.sample_columns() + column) as usize
     }
 
+    fn is_empty(&self, column: i32, row: i32) -> bool {
+        (row * SAMPLES..(row + 1) * SAMPLES).all(|y| {
+            let first = self.sample(column * SAMPLES, y);
+            let line = &self.ids[first..first + SAMPLES as usize];
+            line.iter().all(|&id| id == NOTHING)
+        })
+    }
+
     /// Each triangle seen in the pixel is shaded once, in the middle of its samples.
     fn pixel(&self, column: i32, row: i32, shader: &Shader<'_>) -> [u8; 4] {
         let mut seen = [(NOTHING, [0_i32; 3]); (SAMPLES * SAMPLES) as usize];
         let mut count = 0;
+        if self.is_empty(column, row) {
+            return [0; 4];
+        }
         for y in row * SAMPLES..(row + 1) * SAMPLES {
             for x in column * SAMPLES..(column + 1) * SAMPLES {
                 let id = self.ids[self.sample(x, y)];
                 if id == NOTHING {
                     continue;
                 }
-                let known = seen[..count].iter().position(|&(other, _)| other == id);
+                // Most often the one seen last.
+                let known = seen[..count].iter().rposition(|&(other, _)| other == id);
                 let entry = known.unwrap_or_else(|| {
                     seen[count].0 = id;
                     count += 1;

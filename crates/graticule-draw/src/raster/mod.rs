@@ -17,7 +17,7 @@ use crate::scene::Triangles;
 use crate::{Eye, Layer, Panel};
 use band::{Band, Order};
 use shade::Shader;
-pub(crate) use shade::{flat_normal, lit};
+pub(crate) use shade::{depth_of_shade, flat_normal, lit};
 
 /// Samples along each side of a pixel.
 const SAMPLES: i32 = 3;

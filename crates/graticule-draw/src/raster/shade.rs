@@ -5,11 +5,16 @@ use crate::Color;
 use crate::camera::Camera;
 use crate::scene::{Checker, Paint, Shading, Triangles};
 
-/// From the surface to the light, for a viewer who looks along -z: above the left shoulder.
-const LIGHT: Vec3 = Vec3::new(-0.34, 0.47, 0.814);
-/// Brightness of parts turned away from the light, and what the light adds.
+/// From the surface to the main light, for a viewer who looks along -z: above the left shoulder;
+/// and to a faint one on the other side, so that parts in shadow keep their shape.
+const LIGHTS: [(Vec3, f32); 2] = [
+    (Vec3::new(-0.34, 0.47, 0.814), 0.52),
+    (Vec3::new(0.8, -0.1, 0.592), 0.2),
+];
+/// Brightness of parts turned away from all light.
 const AMBIENT: f32 = 0.42;
-const DIFFUSE: f32 = 0.62;
+/// How much of the shade is left on colours that must be compared with a legend.
+const SHADE_ON_FIGURES: f32 = 0.6;
 /// How much of the colour of the far side is its tint.
 const FAR_SIDE_TINT: f32 = 0.6;
 
@@ -54,7 +59,7 @@ impl<'a> Shader<'a> {
                 smooth_normal(corners, &fragment, self.camera)
             }),
         };
-        lit(color, normal, fragment.near_side)
+        lit(color, normal, fragment.near_side, depth_of_shade(layer))
     }
 }
 
@@ -88,7 +93,7 @@ impl Fragment {
     /// How much an interpolated value changes within a pixel.
     fn change(&self, values: [f64; 3]) -> f64 {
         let slope = |axis: usize| -> f64 { (0..3).map(|k| self.slopes[k][axis] * values[k]).sum() };
-        slope(0).hypot(slope(1))
+        slope(0).mul_add(slope(0), slope(1) * slope(1)).sqrt()
     }
 }
 
@@ -128,7 +133,7 @@ fn checkered(color: Color, checker: &Checker, triangle: usize, fragment: &Fragme
 fn square_wave_mean(middle: f64, width: f64) -> f64 {
     // Below this the interval is all but a point; above, the difference is exact enough.
     let width = width.max(1e-3);
-    let integral = |x: f64| 1.0 - (x.rem_euclid(2.0) - 1.0).abs();
+    let integral = |x: f64| 1.0 - (x - 2.0 * (x / 2.0).floor() - 1.0).abs();
     (integral(middle + width / 2.0) - integral(middle - width / 2.0)) / width
 }
 
@@ -151,7 +156,7 @@ fn smooth_normal(corners: &[[f32; 3]; 3], fragment: &Fragment, camera: &Camera) 
 }
 
 /// The colour under the light; the far side is tinted, so that inside-out parts show.
-pub(crate) fn lit(color: Color, normal: Vec3, near_side: bool) -> Color {
+pub(crate) fn lit(color: Color, normal: Vec3, near_side: bool, depth_of_shade: f32) -> Color {
     let (color, normal) = if near_side {
         (color, normal)
     } else {
@@ -163,7 +168,19 @@ pub(crate) fn lit(color: Color, normal: Vec3, near_side: bool) -> Color {
     } else {
         normal
     };
-    color.scaled(AMBIENT + DIFFUSE * normal.dot(LIGHT).max(0.0))
+    let light: f32 = LIGHTS
+        .iter()
+        .map(|&(direction, strength)| strength * normal.dot(direction).max(0.0))
+        .sum();
+    color.scaled(1.0 - depth_of_shade * (1.0 - AMBIENT - light))
+}
+
+/// 1 for the full range from light to shade, less where colours carry numbers.
+pub(crate) fn depth_of_shade(layer: &Triangles) -> f32 {
+    match layer.paint {
+        Paint::Uniform(_) => 1.0,
+        Paint::PerFace(_) | Paint::PerVertex(..) => SHADE_ON_FIGURES,
+    }
 }
 
 #[cfg(test)]
@@ -180,9 +197,11 @@ mod tests {
     }
 
     #[test]
-    fn the_light_has_unit_length_and_never_bleaches() {
-        assert!((LIGHT.length() - 1.0).abs() < 2e-3);
-        let brightest = lit(Color::WHITE, LIGHT, true);
-        assert!(brightest.red > 0.98 && brightest.red < 1.06);
+    fn the_lights_have_unit_length_and_never_bleach() {
+        for (direction, _) in LIGHTS {
+            assert!((direction.length() - 1.0).abs() < 2e-3);
+        }
+        let brightest = lit(Color::WHITE, LIGHTS[0].0, true, 1.0);
+        assert!(brightest.red > 0.97 && brightest.red < 1.03);
     }
 }
