@@ -78,6 +78,7 @@ pub const FLAT_TRIANGLE: f64 = 1.0 / (1_u64 << 46) as f64;
 /// Measured maps come from files with as few as six digits: a triangle meant to be a line or a point
 /// has an area of rounding noise, and figures like the stretch would follow that noise.
 pub const DEGENERATE_MAP_AREA: f64 = 1e-10;
+
 /// Relative residual above which a solution is refined: a few units in the last place times the
 /// growth of an ordinary elimination. Below it a refinement step gains nothing.
 pub const REFINED_RESIDUAL: f64 = 1e-14;
