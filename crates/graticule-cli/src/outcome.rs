@@ -1,6 +1,5 @@
 //! What a command has found out and where that goes.
 
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use graticule::mesh::PolygonSoup;

@@ -26,7 +26,7 @@ pub(crate) fn check_writable(path: &Path) -> Result<(), Failure> {
     if is_special(path) {
         return Ok(());
     }
-    match tempfile::tempfile_in(folder) {
+    match tempfile::tempfile_in(&folder) {
         Ok(_) => Ok(()),
         Err(error) => Err(Failure::usage(
             format!("the folder {} cannot be written: {error}", folder.display()),

@@ -6,8 +6,8 @@ use glam::DVec2;
 use graticule::measure::MapMeasure;
 use graticule::mesh::{PerCorner, PerFace, Surface};
 use graticule_draw::{
-    CheckerStyle, ColorScale, DrawError, Figure, LayoutStyle, Picture, SurfaceStyle, side_by_side,
-    surface, uv_layout,
+    CheckerStyle, ColorScale, DrawError, Figure, LayoutStyle, Picture, Squares, SurfaceStyle,
+    side_by_side, surface, uv_layout,
 };
 
 use crate::failure::Failure;
@@ -69,7 +69,7 @@ pub(crate) fn map_picture(
         ..SurfaceStyle::default()
     };
     let layout = LayoutStyle {
-        checker: true,
+        checker: Some(Squares::Fitting),
         edges: false,
         ..LayoutStyle::default()
     };

@@ -66,9 +66,6 @@ pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {
 /// The surface after repair: sizes and topology.
 struct Described {
     topology: Topology,
-    vertices: usize,
-    edges: usize,
-    faces: usize,
     mean_edge_length: f64,
     area: f64,
 }
@@ -76,13 +73,9 @@ struct Described {
 impl Described {
     fn of(repaired: &Repaired) -> Self {
         let surface = &repaired.surface;
-        let mesh = surface.mesh();
         let [mean_edge_length, area] = sizes(surface);
         Self {
-            topology: Topology::of(mesh),
-            vertices: mesh.vertex_count(),
-            edges: mesh.edge_count(),
-            faces: mesh.face_count(),
+            topology: Topology::of(surface.mesh()),
             mean_edge_length,
             area,
         }
@@ -119,31 +112,16 @@ fn extent(input: &Input) -> Option<DVec3> {
 
 impl Described {
     fn to_report(&self) -> Value {
-        let components = &self.topology.components;
+        let Topology {
+            components, total, ..
+        } = &self.topology;
+        let listed = &components.as_slice()[..components.len().min(LISTED_COMPONENTS)];
         json!({
-            "vertices": self.vertices,
-            "edges": self.edges,
-            "faces": self.faces,
+            "components": components.len(),
+            "total": total,
+            "listed_components": listed,
             "mean_edge_length": self.mean_edge_length,
             "area": self.area,
-            "components": components.len(),
-            "genus": self.topology.genus(),
-            "boundary_loops": self.topology.boundary_loops(),
-            "euler_characteristic": self.topology.euler_characteristic(),
-            "listed_components": components
-                .iter()
-                .take(LISTED_COMPONENTS)
-                .map(|component| {
-                    json!({
-                        "vertices": component.vertices,
-                        "edges": component.edges,
-                        "faces": component.faces,
-                        "boundary_loops": component.boundary_loops,
-                        "euler_characteristic": component.euler_characteristic,
-                        "genus": component.genus,
-                    })
-                })
-                .collect::<Vec<_>>(),
         })
     }
 
@@ -291,20 +269,20 @@ fn findings_text(defects: &Defects) -> String {
 
 fn surface_table(surface: &Described) -> Table {
     let mut table = Table::new();
-    let topology = &surface.topology;
+    let total = &surface.topology.total;
     let sizes = format!(
         "{} vertices, {} edges, {} faces",
-        surface.vertices, surface.edges, surface.faces
+        total.vertices, total.edges, total.faces
     );
     table.row("triangles", sizes);
-    let topology_text = format!(
+    let topology = format!(
         "{}, genus {}, {}, Euler characteristic {}",
-        counted(topology.components.len(), "component", "components"),
-        topology.genus(),
-        counted(topology.boundary_loops(), "boundary loop", "boundary loops"),
-        topology.euler_characteristic(),
+        counted(surface.topology.components.len(), "component", "components"),
+        total.genus,
+        counted(total.boundary_loops, "boundary loop", "boundary loops"),
+        total.euler_characteristic,
     );
-    table.row("topology", topology_text);
+    table.row("topology", topology);
     table.row("mean edge", figure(surface.mean_edge_length));
     table.row("area", figure(surface.area));
     table

@@ -14,7 +14,7 @@ use crate::mesh_output::{MeshOutput, parse_format};
 use crate::outcome::{Outcome, Plan};
 use crate::picture::surface_picture;
 use crate::repair_options::RepairArguments;
-use crate::report::{Report, to_value};
+use crate::report::Report;
 use crate::session::Session;
 
 /// Options of `graticule repair`.
@@ -43,14 +43,10 @@ pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {
     outcome.report.input = input.to_report();
     let repaired = input.repaired(&(&options.repair).into(), session)?;
     outcome.report.repair = repair_to_report(&repaired.changes)?;
-    let mesh = repaired.surface.mesh();
-    let topology = Topology::of(mesh);
+    let topology = Topology::of(repaired.surface.mesh());
     outcome.report.result = json!({
-        "vertices": mesh.vertex_count(),
-        "edges": mesh.edge_count(),
-        "faces": mesh.face_count(),
-        "boundary_loops": mesh.boundary_loop_count(),
         "components": topology.components.len(),
+        "total": topology.total,
         "output": options.output.to_string_lossy(),
     });
     if let Some(format) = plan.picture_format() {

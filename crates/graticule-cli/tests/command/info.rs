@@ -14,9 +14,9 @@ fn counts_topology_and_sizes_are_told() {
     assert_eq!(report["input"]["format"], "obj");
     let surface = &report["result"]["surface"];
     assert_eq!(surface["components"], 1);
-    assert_eq!(surface["genus"], 0);
-    assert_eq!(surface["boundary_loops"], 2);
-    assert_eq!(surface["euler_characteristic"], 0);
+    assert_eq!(surface["total"]["genus"], 0);
+    assert_eq!(surface["total"]["boundary_loops"], 2);
+    assert_eq!(surface["total"]["euler_characteristic"], 0);
     let area = surface["area"].as_f64().unwrap();
     assert!((area / 2.25 - 1.0).abs() < 0.01, "{area}");
 }

@@ -13,7 +13,7 @@ fn what_was_changed_is_told_and_the_result_is_sound() {
     assert!(run.stderr.contains("turned"), "{}", run.stderr);
     let report = bench.json("report.json");
     assert_eq!(report["repair"]["changed"], true);
-    assert_eq!(report["result"]["vertices"], 4);
+    assert_eq!(report["result"]["total"]["vertices"], 4);
     bench.succeed("info out.obj --report again.json");
     assert_eq!(bench.json("again.json")["result"]["sound"], true);
     bench.succeed("repair out.obj -o twice.obj --report twice.json");
@@ -29,7 +29,10 @@ fn every_format_that_is_written_reads_again() {
         bench.succeed(&format!("info out.{extension} --report report.json"));
         let report = bench.json("report.json");
         assert_eq!(report["input"]["format"], extension);
-        assert_eq!(report["result"]["surface"]["faces"], 2, "{extension}");
+        assert_eq!(
+            report["result"]["surface"]["total"]["faces"], 2,
+            "{extension}"
+        );
     }
 }
 

@@ -1,8 +1,7 @@
 //! The part of a surface that is flattened: all of it, or one component.
 
 use graticule::mesh::{
-    ComponentId, Element, NO_VALUE, PerVertex, Repaired, Surface, Topology, VertexId,
-    extract_component,
+    ComponentId, NO_VALUE, PerVertex, Repaired, Surface, Topology, VertexId, extract_component,
 };
 
 use crate::failure::Failure;
@@ -29,7 +28,7 @@ impl Piece {
                 "'graticule info' lists the components",
             ));
         }
-        let part = extract_component(whole, &topology, ComponentId(component));
+        let part = extract_component(whole, &topology, ComponentId(component))?;
         let mut vertices = PerVertex::filled(whole.mesh().vertex_count(), NO_VALUE);
         for (vertex, &source) in part.vertex_sources.enumerate() {
             vertices[source] = vertex.0;
