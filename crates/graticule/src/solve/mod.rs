@@ -1,1 +1,11 @@
-//! solve
+//! Sparse linear systems: assembly, orderings, factorisations held for reuse, checked solutions.
+
+mod error;
+mod ordering;
+mod pattern;
+mod sparse;
+
+pub use error::SolveError;
+pub use ordering::{Graph, Ordering};
+pub use pattern::Pattern;
+pub use sparse::{SparseMatrix, SymmetricMatrix};
