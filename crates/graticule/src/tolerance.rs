@@ -65,6 +65,12 @@ pub const CORNER_TURNING: f64 = std::f64::consts::PI;
 /// below the 1e-10 to which maps are compared.
 pub const REFINED: f64 = 1e-11;
 
+/// A last correction larger than this share of the solution says that the solution is not
+/// determined: it is made of rounding errors.
+///
+/// Corrections of ordinary patches end below 1e-9 even with a million vertices.
+pub const DETERMINED: f64 = 1e-6;
+
 /// Relative accuracy of an eigenvector at which the iteration ends.
 ///
 /// The step after it gains further digits; the residual is checked against [`LINEAR_RESIDUAL`].
@@ -83,7 +89,7 @@ pub const COLLAPSED_AREA: f64 = 1e-9;
 ///
 /// Collinear points computed in double precision come out some 1e-16 off the line; scans and CAD
 /// data in single precision hold true slivers down to about 1e-8.
-pub const DEGENERATE_HEIGHT: f64 = 1e-12;
+pub const COLLINEAR_HEIGHT: f64 = 1e-12;
 
 /// Height of a triangle, over its longest side, below which it is noted as a sliver.
 pub const SLIVER_HEIGHT: f64 = 1e-3;

@@ -163,7 +163,11 @@ mod tests {
         let given = |places: Vec<_>| BoundaryPositions::new(&patch, places);
         assert!(given(outer.clone()).is_ok());
         let hole = patch.holes().next().unwrap();
-        let all: Vec<_> = outer.iter().copied().chain(patch.loop_vertices(hole).map(own)).collect();
+        let all: Vec<_> = outer
+            .iter()
+            .copied()
+            .chain(patch.loop_vertices(hole).map(own))
+            .collect();
         assert!(given(all).is_ok());
 
         let missing = given(outer[1..].to_vec()).unwrap_err();
@@ -173,12 +177,25 @@ mod tests {
             places.push((vertex, place));
             given(places).unwrap_err()
         };
-        let inside = patch.mesh().vertices().find(|&v| !patch.mesh().is_boundary_vertex(v)).unwrap();
-        assert_eq!(with(inside, DVec2::ZERO), BoundaryError::NotOnBoundary { vertex: inside });
+        let inside = patch
+            .mesh()
+            .vertices()
+            .find(|&v| !patch.mesh().is_boundary_vertex(v))
+            .unwrap();
+        assert_eq!(
+            with(inside, DVec2::ZERO),
+            BoundaryError::NotOnBoundary { vertex: inside }
+        );
         let nowhere = VertexId(99);
-        assert_eq!(with(nowhere, DVec2::ZERO), BoundaryError::NotOnBoundary { vertex: nowhere });
+        assert_eq!(
+            with(nowhere, DVec2::ZERO),
+            BoundaryError::NotOnBoundary { vertex: nowhere }
+        );
         let vertex = outer[0].0;
-        assert_eq!(with(vertex, DVec2::ZERO), BoundaryError::Repeated { vertex });
+        assert_eq!(
+            with(vertex, DVec2::ZERO),
+            BoundaryError::Repeated { vertex }
+        );
         let nan = with(vertex, DVec2::new(f64::NAN, 0.0));
         assert!(matches!(nan, BoundaryError::NonFinite { .. }));
     }

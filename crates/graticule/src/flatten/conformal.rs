@@ -5,7 +5,7 @@ use faer::c64;
 use crate::geometry::{EdgeWeights, cotangent_weights};
 use crate::mesh::{Element, HalfedgeId, VertexId};
 use crate::solve::{Graph, HermitianCholesky, HermitianMatrix, Ordering, SymmetricMatrix};
-use crate::tolerance::REFINED;
+use crate::tolerance::{DETERMINED, REFINED};
 use crate::watch::Watch;
 
 use super::FlattenError;
@@ -147,28 +147,39 @@ impl PinnedForm {
         for (&pin, place) in self.pins.iter().zip(places) {
             positions[pin] = place;
         }
-        let mut last = f64::INFINITY;
-        for _ in 0..MOST_REFINEMENTS {
-            watch.check()?;
-            let correction = self.factor.solve(&self.missing(right_side, &positions))?;
-            let size = largest(&correction);
-            if !size.is_finite() || size >= 0.5 * last {
-                break;
-            }
-            for (position, correction) in positions.iter_mut().zip(&correction) {
-                *position += correction;
-            }
-            last = size;
-            if size <= REFINED * largest(&positions) {
-                break;
-            }
-        }
+        self.refine(&mut positions, right_side, watch)?;
         let scale = self.norm * largest(&positions) + largest(right_side);
         let residual = largest(&self.missing(right_side, &positions)) / scale;
         Ok(PinnedSolution {
             positions,
             residual: if scale > 0.0 { residual } else { 0.0 },
         })
+    }
+
+    /// Adds corrections until they no longer matter or no longer shrink.
+    fn refine(
+        &self,
+        positions: &mut [c64],
+        right_side: &[c64],
+        watch: &Watch,
+    ) -> Result<(), FlattenError> {
+        let mut change = 1.0;
+        for _ in 0..MOST_REFINEMENTS {
+            watch.check()?;
+            let correction = self.factor.solve(&self.missing(right_side, positions))?;
+            for (position, correction) in positions.iter_mut().zip(&correction) {
+                *position += correction;
+            }
+            let last = change;
+            change = largest(&correction) / largest(positions);
+            if change <= REFINED || change.is_nan() || change > 0.5 * last && last < 1.0 {
+                break;
+            }
+        }
+        if change <= DETERMINED {
+            return Ok(());
+        }
+        Err(FlattenError::Undetermined { change })
     }
 
     /// `right_side - H z`, zero at the pins.
@@ -186,5 +197,8 @@ impl PinnedForm {
 
 /// The largest magnitude.
 pub(super) fn largest(numbers: &[c64]) -> f64 {
-    numbers.iter().map(|number| number.norm()).fold(0.0, f64::max)
+    numbers
+        .iter()
+        .map(|number| number.norm())
+        .fold(0.0, f64::max)
 }

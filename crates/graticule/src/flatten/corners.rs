@@ -47,8 +47,15 @@ pub(super) fn choose_corners(
 fn given(outline: &Outline, vertices: [VertexId; 4]) -> Result<[usize; 4], BoundaryError> {
     let mut places = [0; 4];
     for (corner, &vertex) in vertices.iter().enumerate() {
-        let bad = |reason| BoundaryError::BadCorner { corner, vertex, reason };
-        let place = outline.vertices.iter().position(|&on_loop| on_loop == vertex);
+        let bad = |reason| BoundaryError::BadCorner {
+            corner,
+            vertex,
+            reason,
+        };
+        let place = outline
+            .vertices
+            .iter()
+            .position(|&on_loop| on_loop == vertex);
         places[corner] = place.ok_or(bad("is not on the outer boundary loop"))?;
         if vertices[..corner].contains(&vertex) {
             return Err(bad("was given twice"));
@@ -121,7 +128,8 @@ fn after_start(mut places: [usize; 4], patch: &Patch, outline: &Outline) -> [usi
 /// there.
 fn turning_angles(patch: &Patch, outline: &Outline) -> Vec<f64> {
     let mesh = patch.mesh();
-    let angle = |corner: crate::mesh::HalfedgeId| patch.shapes()[corner.face()].angle(corner.side());
+    let angle =
+        |corner: crate::mesh::HalfedgeId| patch.shapes()[corner.face()].angle(corner.side());
     let turning = |&vertex: &VertexId| PI - mesh.outgoing(vertex).map(angle).sum::<f64>();
     outline.vertices.iter().map(turning).collect()
 }
@@ -160,7 +168,11 @@ fn averaged(values: &[f64], steps: &[f64]) -> Vec<f64> {
     let mut behind = summed_ahead(&reversed, &reversed_steps);
     behind.reverse();
     let both = ahead.iter().zip(&behind);
-    values.iter().zip(both).map(|(v, (a, b))| v + a + b).collect()
+    values
+        .iter()
+        .zip(both)
+        .map(|(v, (a, b))| v + a + b)
+        .collect()
 }
 
 /// For each place, the values after it within one window, weighted. Linear time, by prefix sums of
@@ -260,7 +272,10 @@ mod tests {
         let outline = Outline::of(&patch);
         for bad in [[0, 3, 5, 15], [0, 3, 3, 15], [0, 3, 99, 15]] {
             let refusal = choose_corners(&patch, &outline, &Corners::At(ids(bad))).unwrap_err();
-            assert!(matches!(refusal, BoundaryError::BadCorner { corner: 2, .. }));
+            assert!(matches!(
+                refusal,
+                BoundaryError::BadCorner { corner: 2, .. }
+            ));
         }
     }
 

@@ -202,9 +202,15 @@ impl Outline {
             let [mut a, mut b] = ends.map(|end| place_on_loop[end.index()]);
             (a, b) = (a.min(b), a.max(b));
             // The first corner also ends the last side.
-            let choices = if a == 0 { [[a, b], [b, self.len()]] } else { [[a, b]; 2] };
+            let choices = if a == 0 {
+                [[a, b], [b, self.len()]]
+            } else {
+                [[a, b]; 2]
+            };
             let on_one_side = |[start, end]: &[usize; 2]| {
-                sides.iter().any(|side| side.contains(start) && side.contains(end))
+                sides
+                    .iter()
+                    .any(|side| side.contains(start) && side.contains(end))
             };
             stretches.extend(choices.into_iter().find(on_one_side));
         }

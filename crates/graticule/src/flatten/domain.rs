@@ -39,7 +39,10 @@ impl Domain {
 
     /// The patch with a cone over each of these holes: one more vertex, joined to the hole's
     /// vertices by edges of one length, chosen so that the cone over a circle is flat.
-    pub(super) fn with_cones(patch: &Patch, holes: &[BoundaryLoopId]) -> Result<Self, FlattenError> {
+    pub(super) fn with_cones(
+        patch: &Patch,
+        holes: &[BoundaryLoopId],
+    ) -> Result<Self, FlattenError> {
         if holes.is_empty() {
             return Ok(Self::of(patch));
         }
@@ -51,7 +54,8 @@ impl Domain {
         for &hole in holes {
             let tip = coordinates.len() as u32;
             let base = mesh.boundary_loop(hole).iter();
-            triangles.extend(base.map(|&side| [mesh.destination(side).0, mesh.origin(side).0, tip]));
+            triangles
+                .extend(base.map(|&side| [mesh.destination(side).0, mesh.origin(side).0, tip]));
             shapes.extend(cone_shapes(patch, hole));
             coordinates.push(middle(patch, hole));
         }
@@ -130,7 +134,10 @@ fn cone_shapes(patch: &Patch, hole: BoundaryLoopId) -> impl Iterator<Item = Tria
 
 fn middle(patch: &Patch, hole: BoundaryLoopId) -> DVec3 {
     let positions = patch.unit_surface().positions();
-    let sum: DVec3 = patch.loop_vertices(hole).map(|vertex| positions[vertex]).sum();
+    let sum: DVec3 = patch
+        .loop_vertices(hole)
+        .map(|vertex| positions[vertex])
+        .sum();
     sum / patch.mesh().boundary_loop(hole).len() as f64
 }
 

@@ -30,13 +30,13 @@ impl MapEnergy {
     ///
     /// Triangles without area on the surface are left out. Linear time.
     #[must_use]
-    pub fn of(
-        mesh: &TriangleMesh,
-        shapes: &PerFace<TriangleShape>,
-        uv: &PerVertex<DVec2>,
-    ) -> Self {
+    pub fn of(mesh: &TriangleMesh, shapes: &PerFace<TriangleShape>, uv: &PerVertex<DVec2>) -> Self {
         let corners = |face| mesh.triangle(face).map(|vertex| complex(uv[vertex]));
-        Self::of_triangles(shapes.enumerate().map(|(face, shape)| (shape, corners(face))))
+        Self::of_triangles(
+            shapes
+                .enumerate()
+                .map(|(face, shape)| (shape, corners(face))),
+        )
     }
 
     /// The energies of a map of triangles that goes to these complex positions of their corners.
@@ -117,7 +117,9 @@ mod tests {
         let surface = Surface::from_triangles(fixture.positions, &fixture.triangles).unwrap();
         let shapes = face_shapes(&surface);
         let total = crate::geometry::total_area(&shapes);
-        let uv = surface.positions().map(|p| DVec2::new(3.0 * p.x, -0.5 * p.y));
+        let uv = surface
+            .positions()
+            .map(|p| DVec2::new(3.0 * p.x, -0.5 * p.y));
         let energy = MapEnergy::of(surface.mesh(), &shapes, &uv);
         let close = |a: f64, b: f64| assert!((a - b * total).abs() < 1e-12 * total, "{a} {b}");
         close(energy.dirichlet, f64::midpoint(9.0, 0.25));
@@ -146,6 +148,8 @@ mod tests {
             .sum();
         let energy = MapEnergy::of(mesh, &shapes, &uv);
         assert!((energy.dirichlet - over_edges / 4.0).abs() < 1e-11 * energy.dirichlet);
-        assert!((energy.dirichlet - energy.area - energy.conformal).abs() < 1e-12 * energy.dirichlet);
+        assert!(
+            (energy.dirichlet - energy.area - energy.conformal).abs() < 1e-12 * energy.dirichlet
+        );
     }
 }

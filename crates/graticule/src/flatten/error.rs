@@ -27,8 +27,16 @@ pub enum FlattenError {
         /// Distance of the places.
         distance: f64,
     },
+    /// Rounding errors alone change the map.
+    #[error("the pins do not determine the map: refining moves it by {change:e} of its size")]
+    Undetermined {
+        /// The last correction over the size of the map.
+        change: f64,
+    },
     /// A system made for some fixed vertices is given places of others.
-    #[error("places of {given} boundary vertices were given; the system was made for {expected}, not all the same")]
+    #[error(
+        "places of {given} boundary vertices were given; the system was made for {expected}, not all the same"
+    )]
     OtherBoundary {
         /// Fixed vertices of the system.
         expected: usize,
@@ -72,7 +80,9 @@ impl Hint for FlattenError {
             }
             Self::PinDistance { .. } => "give the pins finite places apart from each other",
             Self::OtherBoundary { .. } => "make a new system for these vertices",
-            Self::Collapsed { .. } => "choose other pins, or use the spectral method",
+            Self::Undetermined { .. } | Self::Collapsed { .. } => {
+                "choose other pins, or use the spectral method"
+            }
             Self::Geometry(error) => return error.hint(),
             Self::Mesh(error) => return error.hint(),
             Self::Solve(error) => return error.hint(),

@@ -146,7 +146,9 @@ impl<'a> FixedSystem<'a> {
         boundary: &BoundaryPositions,
         watch: &Watch,
     ) -> Result<FlatMap, FlattenError> {
-        let fixed = self.unknowns.fixed_places(boundary, self.patch.unit_length())?;
+        let fixed = self
+            .unknowns
+            .fixed_places(boundary, self.patch.unit_length())?;
         let stage = watch.stage("solve");
         let mut positions = vec![c64::ZERO; self.unknowns.places.len()];
         for (&vertex, place) in self.unknowns.fixed.iter().zip(&fixed) {
@@ -249,13 +251,20 @@ impl Unknowns {
     ) -> Result<Vec<DVec2>, FlattenError> {
         let mut places = boundary.places().to_vec();
         places.sort_unstable_by_key(|&(vertex, _)| vertex);
-        if !places.iter().map(|&(vertex, _)| vertex).eq(self.fixed.iter().copied()) {
+        if !places
+            .iter()
+            .map(|&(vertex, _)| vertex)
+            .eq(self.fixed.iter().copied())
+        {
             return Err(FlattenError::OtherBoundary {
                 expected: self.fixed.len(),
                 given: places.len(),
             });
         }
-        Ok(places.iter().map(|&(_, place)| place / unit_length).collect())
+        Ok(places
+            .iter()
+            .map(|&(_, place)| place / unit_length)
+            .collect())
     }
 }
 
@@ -340,14 +349,16 @@ impl Equations {
             let matrix = SparseMatrix::from_triplets(order, order, self.entries(unknowns))?;
             let graph = Graph::of_pattern(matrix.pattern());
             let ordering = Ordering::for_mesh(&graph, &coordinates);
-            return Ok(Factor::Lu(Lu::new(&matrix, &ordering)?));
+            return Ok(Factor::Lu(Box::new(Lu::new(&matrix, &ordering)?)));
         }
-        let lower = self.entries(unknowns).filter(|(row, column, _)| row >= column);
+        let lower = self
+            .entries(unknowns)
+            .filter(|(row, column, _)| row >= column);
         let matrix = SymmetricMatrix::from_triplets(order, lower)?;
         let graph = Graph::of_pattern(matrix.lower().pattern());
         let ordering = Ordering::for_mesh(&graph, &coordinates);
         watch.check()?;
-        Ok(Factor::Cholesky(Cholesky::new(&matrix, &ordering)?))
+        Ok(Factor::Cholesky(Box::new(Cholesky::new(&matrix, &ordering)?)))
     }
 }
 
@@ -355,8 +366,8 @@ impl Equations {
 enum Factor {
     /// There are no unknowns.
     Nothing,
-    Cholesky(Cholesky),
-    Lu(Lu),
+    Cholesky(Box<Cholesky>),
+    Lu(Box<Lu>),
 }
 
 impl Factor {

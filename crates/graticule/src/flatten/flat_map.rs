@@ -115,7 +115,10 @@ impl FlatMap {
 
     /// Leaves a warning if there are flips.
     pub(super) fn warn_of_flips(&self, watch: &Watch) {
-        let FlipCount { flipped, degenerate } = self.flips;
+        let FlipCount {
+            flipped,
+            degenerate,
+        } = self.flips;
         if self.flips.is_zero() {
             return;
         }
@@ -124,7 +127,8 @@ impl FlatMap {
         } else {
             ""
         };
-        let message = format!("{flipped} triangles are turned over and {degenerate} collapsed{cause}");
+        let message =
+            format!("{flipped} triangles are turned over and {degenerate} collapsed{cause}");
         watch.warn("flipped-triangles", message);
     }
 }
@@ -157,7 +161,10 @@ impl MapDraft {
     pub(super) fn finish(self, patch: &Patch, watch: &Watch) -> Result<FlatMap, FlattenError> {
         let _stage = watch.stage("check map");
         let residual = self.residual;
-        let finite = self.positions.iter().all(|p| p.re.is_finite() && p.im.is_finite());
+        let finite = self
+            .positions
+            .iter()
+            .all(|p| p.re.is_finite() && p.im.is_finite());
         if !finite || residual.is_nan() || residual > LINEAR_RESIDUAL {
             return Err(FlattenError::Solve(SolveError::Inaccurate {
                 residual,
@@ -180,7 +187,12 @@ impl MapDraft {
     }
 
     fn uv(&self) -> PerVertex<DVec2> {
-        PerVertex::new(self.positions.iter().map(|&position| point(position)).collect())
+        PerVertex::new(
+            self.positions
+                .iter()
+                .map(|&position| point(position))
+                .collect(),
+        )
     }
 }
 
@@ -193,7 +205,10 @@ mod tests {
         let mesh = TriangleMesh::new(3, &[[0, 1, 2]]).unwrap();
         let count = |height: f64| {
             let corners = [DVec2::ZERO, DVec2::new(1.0, 1.0), DVec2::new(0.5, height)];
-            let FlipCount { flipped, degenerate } = FlipCount::of(&mesh, &PerVertex::new(corners.into()));
+            let FlipCount {
+                flipped,
+                degenerate,
+            } = FlipCount::of(&mesh, &PerVertex::new(corners.into()));
             [flipped, degenerate]
         };
         assert_eq!(count(0.5), [0, 1]);

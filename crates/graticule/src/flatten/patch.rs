@@ -3,7 +3,8 @@
 use crate::Hint;
 use crate::geometry::{TriangleShape, face_shapes, normalized, total_area};
 use crate::mesh::{
-    BoundaryLoopId, EdgeId, HalfedgeId, PerFace, Surface, TriangleMesh, VertexId,
+    BoundaryLoopId, ComponentTopology, EdgeId, HalfedgeId, PerFace, Surface, Topology,
+    TriangleMesh, VertexId,
 };
 use crate::watch::{Stopped, Watch};
 
@@ -23,7 +24,9 @@ pub enum NotAPatch {
         components: usize,
     },
     /// There are handles: the plane has none.
-    #[error("the surface has genus {genus} with {boundary_loops} boundary loops; a patch has genus 0")]
+    #[error(
+        "the surface has genus {genus} with {boundary_loops} boundary loops; a patch has genus 0"
+    )]
     Handles {
         /// Number of handles.
         genus: usize,
@@ -34,7 +37,9 @@ pub enum NotAPatch {
     #[error("the surface has no area")]
     NoArea,
     /// The loop asked for as the outer one is not there.
-    #[error("{boundary_loop} was asked for; the patch has {boundary_loops} boundary loops, counted from 0")]
+    #[error(
+        "{boundary_loop} was asked for; the patch has {boundary_loops} boundary loops, counted from 0"
+    )]
     NoSuchLoop {
         /// The loop asked for.
         boundary_loop: BoundaryLoopId,
@@ -216,38 +221,22 @@ impl Patch {
 }
 
 fn check_topology(mesh: &TriangleMesh) -> Result<(), NotAPatch> {
-    let components = count_components(mesh);
-    if components > 1 {
-        return Err(NotAPatch::SeveralComponents { components });
-    }
-    let boundary_loops = mesh.boundary_loop_count();
-    // Each term counts 32-bit elements, so the sum fits.
-    let euler = (mesh.vertex_count() + mesh.face_count()).cast_signed() - mesh.edge_count().cast_signed();
-    let genus = ((2 - boundary_loops.cast_signed() - euler) / 2).unsigned_abs();
-    match (boundary_loops, genus) {
-        (0, genus) => Err(NotAPatch::Closed { genus }),
-        (_, 0) => Ok(()),
-        (boundary_loops, genus) => Err(NotAPatch::Handles {
+    let topology = Topology::of(mesh);
+    let components = topology.components.len();
+    let ComponentTopology {
+        boundary_loops,
+        genus,
+        ..
+    } = topology.total;
+    match (components, boundary_loops, genus) {
+        (1, 0, genus) => Err(NotAPatch::Closed { genus }),
+        (1, _, 0) => Ok(()),
+        (1, boundary_loops, genus) => Err(NotAPatch::Handles {
             genus,
             boundary_loops,
         }),
+        (components, ..) => Err(NotAPatch::SeveralComponents { components }),
     }
-}
-fn count_components(mesh: &TriangleMesh) -> usize {
-    let mut seen = vec![false; mesh.face_count()];
-    let mut count = 0;
-    for f in mesh.faces() {
-        if seen[f.0 as usize] { continue; }
-        count += 1;
-        seen[f.0 as usize] = true;
-        let mut stack = vec![f];
-        while let Some(f) = stack.pop() {
-            for t in f.halfedges().into_iter().filter_map(|h| mesh.twin(h)) {
-                if !std::mem::replace(&mut seen[t.face().0 as usize], true) { stack.push(t.face()); }
-            }
-        }
-    }
-    count
 }
 
 fn halfedge_length(surface: &Surface, halfedge: HalfedgeId) -> f64 {
@@ -259,7 +248,9 @@ fn longest_loop(surface: &Surface) -> BoundaryLoopId {
     let mesh = surface.mesh();
     let length = |boundary_loop| -> f64 {
         let halfedges = mesh.boundary_loop(boundary_loop).iter();
-        halfedges.map(|&halfedge| halfedge_length(surface, halfedge)).sum()
+        halfedges
+            .map(|&halfedge| halfedge_length(surface, halfedge))
+            .sum()
     };
     let mut longest = (BoundaryLoopId(0), f64::NEG_INFINITY);
     for boundary_loop in mesh.boundary_loops() {
@@ -302,7 +293,13 @@ mod tests {
         let turned = ring.with_outer_loop(hole).unwrap();
         assert!((radius(&turned) - 0.5).abs() < 1e-12);
         let refusal = turned.with_outer_loop(BoundaryLoopId(2)).unwrap_err();
-        assert!(matches!(refusal, NotAPatch::NoSuchLoop { boundary_loops: 2, .. }));
+        assert!(matches!(
+            refusal,
+            NotAPatch::NoSuchLoop {
+                boundary_loops: 2,
+                ..
+            }
+        ));
     }
 
     #[test]
@@ -314,7 +311,13 @@ mod tests {
         let mut punctured = torus(2.0, 0.5, 8, 6);
         punctured.triangles.remove(0);
         let handle = patch(punctured).unwrap_err();
-        assert_eq!(handle, NotAPatch::Handles { genus: 1, boundary_loops: 1 });
+        assert_eq!(
+            handle,
+            NotAPatch::Handles {
+                genus: 1,
+                boundary_loops: 1
+            }
+        );
         let line = |k: i32| glam::DVec3::X * f64::from(k);
         let flat = Fixture {
             positions: vec![line(0), line(1), line(3)],

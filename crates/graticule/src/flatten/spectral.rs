@@ -61,7 +61,11 @@ fn turn_upright(positions: &mut [c64], pins: [VertexId; 2]) {
     let [from, to] = pins.map(|pin| positions[pin.index()]);
     let across = to - from;
     let length = across.norm();
-    let turn = if length > 0.0 { across.conj() / length } else { c64::ONE };
+    let turn = if length > 0.0 {
+        across.conj() / length
+    } else {
+        c64::ONE
+    };
     for position in positions {
         *position = (*position - from) * turn;
     }
@@ -90,7 +94,9 @@ impl<'a> InverseForm<'a> {
     ) -> Result<Self, FlattenError> {
         let system = PinnedForm::new(domain, pins, watch)?;
         let nothing = vec![c64::ZERO; patch.mesh().vertex_count()];
-        let natural = system.solve(&nothing, [c64::ZERO, c64::ONE], watch)?.positions;
+        let natural = system
+            .solve(&nothing, [c64::ZERO, c64::ONE], watch)?
+            .positions;
         // A sum of squares keeps its digits where the form would lose them.
         let energy = 2.0 * domain.energy(&natural).conformal;
         Ok(Self {

@@ -45,7 +45,12 @@ impl HermitianMatrix {
             let entry = known.then(|| pattern.find(row.max(column), row.min(column)));
             let Some(entry) = entry.flatten() else {
                 let (rows, columns) = (order, order);
-                return Err(SolveError::OutOfRange { row, column, rows, columns });
+                return Err(SolveError::OutOfRange {
+                    row,
+                    column,
+                    rows,
+                    columns,
+                });
             };
             values[entry].im += if row > column { value } else { -value };
         }
@@ -153,7 +158,8 @@ impl HermitianCholesky {
         );
         let symbolic = symbolic.map_err(|_| out_of_memory(matrix.order()))?;
         let mut factor = zeros(symbolic.len_val())?;
-        let scratch = symbolic.factorize_numeric_llt_scratch::<c64>(Par::Seq, faer::Spec::default());
+        let scratch =
+            symbolic.factorize_numeric_llt_scratch::<c64>(Par::Seq, faer::Spec::default());
         let mut memory = MemBuffer::try_new(scratch)
             .map_err(|_| out_of_memory(scratch.unaligned_bytes_required()))?;
         let result = symbolic.factorize_numeric_llt(
@@ -250,7 +256,9 @@ mod tests {
 
     fn vector(order: usize) -> Vec<c64> {
         let mut noise = Noise::new(6);
-        (0..order).map(|_| c64::new(noise.signed(), noise.signed())).collect()
+        (0..order)
+            .map(|_| c64::new(noise.signed(), noise.signed()))
+            .collect()
     }
 
     fn dot(a: &[c64], b: &[c64]) -> c64 {
@@ -287,16 +295,23 @@ mod tests {
         let mut unit = vec![c64::new(0.0, 0.0); 40];
         unit[3] = c64::new(1.0, 0.0);
         let image = matrix.multiply(&unit);
-        let alone = image.iter().enumerate().all(|(k, v)| (k == 3) == (v.norm() > 0.0));
+        let alone = image
+            .iter()
+            .enumerate()
+            .all(|(k, v)| (k == 3) == (v.norm() > 0.0));
         assert!(alone);
     }
 
     #[test]
     fn an_indefinite_matrix_is_refused_by_its_column() {
-        let real = SymmetricMatrix::from_triplets(3, [(0, 0, 1.0), (1, 1, 1.0), (2, 2, 1.0), (1, 0, 0.0)]);
+        let real =
+            SymmetricMatrix::from_triplets(3, [(0, 0, 1.0), (1, 1, 1.0), (2, 2, 1.0), (1, 0, 0.0)]);
         let matrix = HermitianMatrix::new(&real.unwrap(), [(0, 1, 2.0)]).unwrap();
         let refusal = HermitianCholesky::new(&matrix, &Ordering::natural(3)).unwrap_err();
-        assert!(matches!(refusal, SolveError::NotPositiveDefinite { column: 1, .. }));
+        assert!(matches!(
+            refusal,
+            SolveError::NotPositiveDefinite { column: 1, .. }
+        ));
     }
 
     #[test]

@@ -15,9 +15,7 @@ use graticule_fixtures::{
 };
 
 use crate::least_squares::least_squares_map;
-use crate::support::{
-    distance, distance_up_to_similarity, in_old_numbers, patch, plane, rotated,
-};
+use crate::support::{distance, distance_up_to_similarity, in_old_numbers, patch, plane, rotated};
 
 const TRIANGULATIONS: [Triangulation; 2] = [Triangulation::Given, Triangulation::IntrinsicDelaunay];
 
@@ -72,7 +70,11 @@ fn a_flat_patch_is_its_own_map() {
             let spectral = spectral_map(&patch, triangulation, &Watch::new()).unwrap();
             for map in [natural, spectral] {
                 let error = distance_up_to_similarity(&map.uv, &plane(&patch));
-                assert!(error < 1e-10, "{:?} {triangulation:?}: {error:e}", map.method);
+                assert!(
+                    error < 1e-10,
+                    "{:?} {triangulation:?}: {error:e}",
+                    map.method
+                );
                 assert!(map.flips.is_zero());
                 assert!((map.energy.area - 1.0).abs() < 1e-9);
                 assert!(map.energy.conformal < 1e-15);
@@ -163,7 +165,10 @@ fn the_spectral_map_has_less_energy_for_its_boundary_than_any_pinned_map() {
                 }
             }
             centre /= total;
-            let inertia: f64 = weighted.iter().map(|(p, m)| p.distance_squared(centre) * m).sum();
+            let inertia: f64 = weighted
+                .iter()
+                .map(|(p, m)| p.distance_squared(centre) * m)
+                .sum();
             let shapes = patch.shapes();
             let energy = graticule::flatten::MapEnergy::of(patch.mesh(), shapes, &map.uv);
             energy.conformal / inertia
@@ -202,7 +207,9 @@ fn rotating_moving_and_renumbering_change_nothing_but_rounding() {
     let (renumbered, new_of_old) = fixture.renumbered(3);
     for map_of in [natural, spectral] {
         let original = map_of(&patch(&fixture)).uv;
-        let moved = fixture.clone().map(|p| rotated(p) + DVec3::new(3.0, -7.0, 2.0));
+        let moved = fixture
+            .clone()
+            .map(|p| rotated(p) + DVec3::new(3.0, -7.0, 2.0));
         let error = distance(&map_of(&patch(&moved)).uv, &original);
         assert!(error < 1e-10, "{error:e}");
         let other = in_old_numbers(&map_of(&patch(&renumbered)).uv, &new_of_old);
@@ -231,8 +238,8 @@ fn the_lost_conformality_falls_with_the_square_of_the_edge_length() {
     ];
     for fixture_of in families {
         for map_of in [natural, spectral] {
-            let shares =
-                [6, 12, 24].map(|rings| map_of(&patch(&fixture_of(rings))).energy.conformal_share());
+            let shares = [6, 12, 24]
+                .map(|rings| map_of(&patch(&fixture_of(rings))).energy.conformal_share());
             let order = (shares[0] / shares[2]).log2() / 2.0;
             assert!(order > 1.7, "{shares:?} order {order}");
         }
@@ -248,7 +255,10 @@ fn a_symmetric_cap_gets_a_round_boundary() {
     let radii: Vec<f64> = boundary.iter().map(|p| p.distance(centre)).collect();
     let mean = radii.iter().sum::<f64>() / radii.len() as f64;
     // The mesh has six axes of symmetry; between them the radius may vary a little.
-    assert!(radii.iter().all(|r| (r / mean - 1.0).abs() < 2e-3), "{radii:?}");
+    assert!(
+        radii.iter().all(|r| (r / mean - 1.0).abs() < 2e-3),
+        "{radii:?}"
+    );
     for step in 0..12 {
         assert!((radii[step] / radii[step + 12] - 1.0).abs() < 1e-9);
     }
@@ -263,7 +273,11 @@ fn needles_and_degenerate_triangles_end_in_a_map() {
     fixture.positions[a] = (fixture.positions[b] + fixture.positions[c]) / 2.0;
     for shift in [0.0, 1e-12, 1e-6] {
         let shifted = Fixture {
-            positions: fixture.positions.iter().map(|&p| p + DVec3::Z * shift * p.x.sin()).collect(),
+            positions: fixture
+                .positions
+                .iter()
+                .map(|&p| p + DVec3::Z * shift * p.x.sin())
+                .collect(),
             ..fixture.clone()
         };
         let patch = patch(&shifted);
@@ -283,12 +297,39 @@ fn pins_that_fix_nothing_are_refused() {
         error
     };
     let same = refused([(3, DVec2::ZERO), (3, DVec2::X)]);
-    assert!(matches!(same, FlattenError::SamePin { vertex: VertexId(3) }));
+    assert!(matches!(
+        same,
+        FlattenError::SamePin {
+            vertex: VertexId(3)
+        }
+    ));
     let absent = refused([(3, DVec2::ZERO), (99, DVec2::X)]);
-    assert!(matches!(absent, FlattenError::NoSuchPin { vertices: 37, .. }));
+    assert!(matches!(
+        absent,
+        FlattenError::NoSuchPin { vertices: 37, .. }
+    ));
     for place in [DVec2::ZERO, DVec2::NAN, DVec2::INFINITY] {
         let nowhere = refused([(3, DVec2::ZERO), (4, place)]);
         assert!(matches!(nowhere, FlattenError::PinDistance { .. }));
+    }
+}
+
+#[test]
+fn pins_that_a_conformal_map_takes_to_one_point_are_refused() {
+    // A flat ring cut open: the two copies of a vertex on the cut are one point of the plane.
+    let strip = grid(1.0, 1.0, 24, 3).map(|p| {
+        let (sin, cos) = (-2.0 * PI * p.x).sin_cos();
+        DVec3::new(cos, sin, 0.0) * (1.0 + p.y)
+    });
+    let patch = patch(&strip);
+    let refusal = pinned(&patch, [(0, DVec2::ZERO), (24, DVec2::X)]).unwrap_err();
+    let told = matches!(
+        refusal,
+        FlattenError::Undetermined { .. } | FlattenError::Solve(_)
+    );
+    assert!(told && refusal.hint().is_some(), "{refusal:?}");
+    for map in [natural(&patch), spectral(&patch)] {
+        assert!(distance_up_to_similarity(&map.uv, &plane(&patch)) < 1e-10);
     }
 }
 

@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 use graticule_fixtures::Fixture;
 
 /// The least squares solution with two vertices at given places.
-pub fn least_squares_map(fixture: &Fixture, pins: [(u32, DVec2); 2]) -> Vec<DVec2> {
+pub(crate) fn least_squares_map(fixture: &Fixture, pins: [(u32, DVec2); 2]) -> Vec<DVec2> {
     let vertices = fixture.positions.len();
     let free: Vec<u32> = (0..vertices as u32)
         .filter(|vertex| pins.iter().all(|(pin, _)| pin != vertex))
@@ -18,12 +18,11 @@ pub fn least_squares_map(fixture: &Fixture, pins: [(u32, DVec2); 2]) -> Vec<DVec
     for (row, triangle) in fixture.triangles.iter().enumerate() {
         let corners = triangle.map(|vertex| fixture.positions[vertex as usize]);
         for (vertex, coefficient) in triangle.iter().zip(coefficients(corners)) {
-            match column(*vertex) {
-                Some(column) => matrix[(row, column)] = coefficient,
-                None => {
-                    let (_, place) = pins.iter().find(|(pin, _)| pin == vertex).unwrap();
-                    right_side[(row, 0)] -= coefficient * c64::new(place.x, place.y);
-                }
+            if let Some(column) = column(*vertex) {
+                matrix[(row, column)] = coefficient;
+            } else {
+                let (_, place) = pins.iter().find(|(pin, _)| pin == vertex).unwrap();
+                right_side[(row, 0)] -= coefficient * c64::new(place.x, place.y);
             }
         }
     }
