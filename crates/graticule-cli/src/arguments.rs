@@ -70,20 +70,6 @@ pub(crate) enum Command {
     Cite(cite::Options),
 }
 
-impl Command {
-    /// The name typed for the command.
-    pub(crate) fn name(&self) -> &'static str {
-        match self {
-            Self::Demo(_) => "demo",
-            Self::Info(_) => "info",
-            Self::Repair(_) => "repair",
-            Self::Flatten(_) => "flatten",
-            Self::Measure(_) => "measure",
-            Self::Cite(_) => "cite",
-        }
-    }
-}
-
 fn positive_seconds(text: &str) -> Result<f64, String> {
     let seconds: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
     // A century: longer limits overflow the clock of some systems.

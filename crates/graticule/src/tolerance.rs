@@ -3,10 +3,6 @@
 //! A tolerance compares two quantities of the same kind, so that scaling a model changes nothing.
 //! Code elsewhere names one of these constants; it never writes a small number of its own.
 
-/// Largest relative residual `|Ax - b| / (|A| |x| + |b|)` accepted from a linear solver.
-///
-/// A backward stable factorisation of a mesh Laplacian with a million unknowns stays below 1e-13;
-
 /// four digits of margin tell a broken solution from an ordinary one.
 pub const LINEAR_RESIDUAL: f64 = 1e-9;
 
@@ -99,3 +95,52 @@ pub const PIVOT_REPLACEMENT: f64 = 1e-8;
 /// A constraint whose part independent of the earlier ones is below this share of it is implied by
 /// them, and agrees with them if its value does to this share of the values involved.
 pub const DEPENDENT_CONSTRAINT: f64 = 1e-10;
+
+/// Share of the mean step below which a boundary edge is laid down as if it were that long.
+///
+/// Two boundary vertices at one place of the curve would make a triangle collapse; 1e-4 of a step
+/// shows nowhere and is a million times the precision of the coordinates of a long boundary.
+pub const BOUNDARY_STEP: f64 = 1e-4;
+
+/// Height over length of the bow that a stretch of a rectangle's side gets where an inner edge cuts
+/// it off.
+///
+/// A triangle there gets a height of a sixteenth of its base: flat to the eye, far from degenerate.
+pub const SIDE_BOW: f64 = 1.0 / 16.0;
+
+/// Share of the boundary's length over which its turning is averaged to find corners, either way,
+/// and the least distance of two corners.
+///
+/// Long enough to see past the zigzag of single edges, short enough for a strip of 1 to 18.
+pub const CORNER_WINDOW: f64 = 1.0 / 40.0;
+
+/// Turning, in radians, that four corners must hold together to count as corners.
+///
+/// Half a turn: a rectangle's hold a whole one, any four stretches of a circle a tenth of it.
+pub const CORNER_TURNING: f64 = std::f64::consts::PI;
+
+/// A correction smaller than this share of the solution ends the refinement.
+///
+/// Corrections shrink by the condition number times rounding, so that the next one would be far
+/// below the 1e-10 to which maps are compared.
+pub const REFINED: f64 = 1e-11;
+
+/// A last correction larger than this share of the solution says that the solution is not
+/// determined: it is made of rounding errors.
+///
+/// Corrections of ordinary patches end below 1e-9 even with a million vertices.
+pub const DETERMINED: f64 = 1e-6;
+
+/// Relative accuracy of an eigenvector at which the iteration ends.
+///
+/// The step after it gains further digits; the residual is checked against [`LINEAR_RESIDUAL`].
+pub const EIGENVECTOR: f64 = 1e-12;
+
+/// What rounding leaves of a difference that should be zero, relative to its terms.
+pub const ROUNDING: f64 = f64::EPSILON;
+
+/// Area of a map over its Dirichlet energy below which it counts as collapsed to a line.
+///
+/// The share is 1 for a conformal map. Scaling such a map to a given area would only blow up
+/// rounding errors.
+pub const COLLAPSED_AREA: f64 = 1e-9;

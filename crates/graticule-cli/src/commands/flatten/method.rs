@@ -107,7 +107,7 @@ fn fixed_options(options: &Options) -> FixedOptions {
         holes: match options.holes {
             Some(HolesArgument::Natural) => Holes::Natural,
             Some(HolesArgument::Filled) => Holes::Closed,
-            Some(HolesArgument::Fixed) | None => Holes::ByWeights,
+            Some(HolesArgument::Fixed) | None => Holes::default(),
         },
     }
 }
@@ -175,5 +175,5 @@ fn given_boundary(
     let holes = holes.filter(|_| options.holes == Some(HolesArgument::Fixed));
     let vertices = patch.loop_vertices(patch.outer_loop()).chain(holes);
     let placed = vertices.filter_map(|vertex| Some((vertex, places[vertex.0 as usize]?)));
-    Ok(BoundaryPositions::new(patch, placed.collect())?)
+    Ok(BoundaryPositions::new(patch, placed)?)
 }

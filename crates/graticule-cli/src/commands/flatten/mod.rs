@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 
 use crate::failure::Failure;
 use crate::mesh_input::{Input, repair_to_report};
-use crate::outcome::{Outcome, Plan};
+use crate::outcome::Outcome;
 use crate::picture::map_picture;
 use crate::report::{Report, to_value};
 use crate::session::Session;

@@ -50,7 +50,7 @@ pub(crate) struct Options {
     /// Width over height of the rectangle
     #[arg(long, value_name = "RATIO")]
     pub(super) aspect: Option<f64>,
-    /// What becomes of holes under fixed; by default what suits the weights
+    /// What becomes of holes under fixed; filled by default
     #[arg(long, value_enum)]
     pub(super) holes: Option<HolesArgument>,
     /// Flatten only this component, numbered as 'graticule info' does
@@ -101,10 +101,10 @@ pub(super) enum Boundary {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum HolesArgument {
-    /// Free: nothing pulls at their rims
-    Natural,
     /// Closed with a cone while the map is made: triangles there cannot flip with positive weights
     Filled,
+    /// Free: nothing pulls at their rims
+    Natural,
     /// Where the mesh's own texture coordinates put them (with --boundary given)
     Fixed,
 }
