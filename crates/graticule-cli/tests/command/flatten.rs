@@ -110,17 +110,13 @@ fn the_file_written_is_the_one_read_with_new_coordinates() {
     bench.write("patch.obj", text);
     bench.succeed("flatten patch.obj -o out.obj");
     let out = bench.read("out.obj");
+    let word = |word: &str| word.split('/').next().unwrap().to_owned();
+    let words = |line: &str| line.split(' ').map(word).collect::<Vec<_>>().join(" ");
     let kept = |text: &str| -> Vec<String> {
-        let words = |line: &str| {
-            line.split(' ')
-                .map(|w| w.split('/').next().unwrap().to_owned())
-        };
         let lines = text
             .lines()
             .filter(|line| !line.starts_with("vt ") && !line.starts_with('#'));
-        lines
-            .map(|line| words(line).collect::<Vec<_>>().join(" "))
-            .collect()
+        lines.map(words).collect()
     };
     assert_eq!(kept(&out), kept(text));
     assert_eq!(
@@ -131,20 +127,20 @@ fn the_file_written_is_the_one_read_with_new_coordinates() {
 
 #[test]
 fn what_is_no_patch_is_refused_with_its_reason() {
-    let bench = Bench::with(&cube(1.0, 2));
+    let bench = Bench::with(&cube());
     let fact = bench.refuse(1, "flatten patch.obj -o out.obj");
     assert!(
         fact.contains("patch.obj") && fact.contains("closed"),
         "{fact}"
     );
-    let bench = Bench::with(&disk(3).joined(&cube(1.0, 2)));
+    let bench = Bench::with(&disk(3).joined(&cube()));
     let fact = bench.refuse(1, "flatten patch.obj -o out.obj");
     assert!(fact.contains("2 components"), "{fact}");
 }
 
 #[test]
 fn one_of_several_components_can_be_flattened() {
-    let bench = Bench::with(&cube(1.0, 1).joined(&disk(3).map(|p| p + 3.0)));
+    let bench = Bench::with(&cube().joined(&disk(3).map(|p| p + 3.0)));
     bench.succeed("flatten patch.obj -o out.obj --component 1 --report report.json");
     assert_eq!(bench.json("report.json")["result"]["vertices"], 37);
     let out = bench.read("out.obj");
