@@ -12,6 +12,8 @@ pub(super) trait Faces {
     fn origin(&self, corner: u32) -> u32;
     /// The next corner of the same face.
     fn next(&self, corner: u32) -> u32;
+    /// The corner before in the same face.
+    fn previous(&self, corner: u32) -> u32;
 
     fn destination(&self, corner: u32) -> u32 {
         self.origin(self.next(corner))
@@ -54,6 +56,11 @@ impl Faces for TriangleFaces<'_> {
     #[inline]
     fn next(&self, corner: u32) -> u32 {
         HalfedgeId(corner).next().0
+    }
+
+    #[inline]
+    fn previous(&self, corner: u32) -> u32 {
+        HalfedgeId(corner).previous().0
     }
 }
 
@@ -119,6 +126,16 @@ impl Faces for PolygonFaces {
             corners.start
         } else {
             corner + 1
+        }
+    }
+
+    #[inline]
+    fn previous(&self, corner: u32) -> u32 {
+        let corners = self.corners(self.face(corner));
+        if corner == corners.start {
+            corners.end - 1
+        } else {
+            corner - 1
         }
     }
 }
