@@ -70,6 +70,8 @@ pub(super) struct PolygonFaces {
     starts: Vec<u32>,
     origins: Vec<u32>,
     faces: Vec<u32>,
+    /// Then corners are found by counting, without a look into the tables.
+    all_triangles: bool,
 }
 
 impl PolygonFaces {
@@ -80,6 +82,7 @@ impl PolygonFaces {
             starts,
             origins: Vec::with_capacity(corners),
             faces: Vec::with_capacity(corners),
+            all_triangles: true,
         }
     }
 
@@ -87,6 +90,7 @@ impl PolygonFaces {
         let face = self.face_count() as u32;
         self.origins.extend(vertices);
         self.faces.resize(self.origins.len(), face);
+        self.all_triangles &= self.origins.len() == 3 * (face as usize + 1);
         self.starts.push(self.origins.len() as u32);
     }
 
@@ -106,11 +110,17 @@ impl Faces for PolygonFaces {
     }
 
     fn corners(&self, face: u32) -> Range<u32> {
+        if self.all_triangles {
+            return 3 * face..3 * face + 3;
+        }
         self.starts[face as usize]..self.starts[face as usize + 1]
     }
 
     #[inline]
     fn face(&self, corner: u32) -> u32 {
+        if self.all_triangles {
+            return corner / 3;
+        }
         self.faces[corner as usize]
     }
 
