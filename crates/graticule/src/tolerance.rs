@@ -144,3 +144,9 @@ pub const ROUNDING: f64 = f64::EPSILON;
 /// The share is 1 for a conformal map. Scaling such a map to a given area would only blow up
 /// rounding errors.
 pub const COLLAPSED_AREA: f64 = 1e-9;
+
+/// Height of a triangle, over its longest side, up to which it counts as having no area.
+///
+/// Collinear points computed in double precision come out some 1e-16 off the line; scans and CAD
+/// data in single precision hold true slivers down to about 1e-8.
+pub const NO_AREA_HEIGHT: f64 = 1e-12;
