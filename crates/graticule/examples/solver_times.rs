@@ -14,10 +14,13 @@ fn cpu() -> f64 {
     (f[11].parse::<f64>().unwrap() + f[12].parse::<f64>().unwrap()) / 100.0
 }
 impl Instant {
-    fn now() -> Self { Self(cpu()) }
-    fn elapsed(self) -> std::time::Duration { std::time::Duration::from_secs_f64((cpu() - self.0).max(0.0)) }
+    fn now() -> Self {
+        Self(cpu())
+    }
+    fn elapsed(self) -> std::time::Duration {
+        std::time::Duration::from_secs_f64((cpu() - self.0).max(0.0))
+    }
 }
-
 
 fn bumpy_torus(n: u32) -> graticule_fixtures::Fixture {
     let a = ((n as f64) * 2.0).sqrt() as u32;
@@ -49,7 +52,9 @@ fn main() {
             .collect();
         v.sort();
         v.dedup();
-        v.into_iter().map(|[a, b]| [a as usize, b as usize]).collect()
+        v.into_iter()
+            .map(|[a, b]| [a as usize, b as usize])
+            .collect()
     } else {
         Default::default()
     };
@@ -72,7 +77,10 @@ fn main() {
         _ => None,
     };
     let to = t.elapsed().as_secs_f64();
-    if std::env::var("ORDER_ONLY").is_ok() { println!("order {to:.3}"); return; }
+    if std::env::var("ORDER_ONLY").is_ok() {
+        println!("order {to:.3}");
+        return;
+    }
     let t = Instant::now();
     let pat = m.lower().pattern();
     let starts: Vec<u32> = std::iter::once(0)
@@ -90,14 +98,20 @@ fn main() {
             SymmetricOrdering::Custom(faer::perm::PermRef::new_checked(o.order(), o.places(), n)),
             Default::default(),
         ),
-        None => factorize_symbolic_cholesky(sym, Side::Lower, SymmetricOrdering::Amd, Default::default()),
+        None => factorize_symbolic_cholesky(
+            sym,
+            Side::Lower,
+            SymmetricOrdering::Amd,
+            Default::default(),
+        ),
     }
     .unwrap();
     let ts = t.elapsed().as_secs_f64();
     let t = Instant::now();
     let mut l = vec![0.0; s.len_val()];
     let a = faer::sparse::SparseColMatRef::new(sym, m.lower().values());
-    let mut mem = MemBuffer::new(s.factorize_numeric_llt_scratch::<f64>(faer::Par::Seq, Default::default()));
+    let mut mem =
+        MemBuffer::new(s.factorize_numeric_llt_scratch::<f64>(faer::Par::Seq, Default::default()));
     s.factorize_numeric_llt(
         &mut l,
         a,
@@ -126,9 +140,18 @@ fn main() {
         SymbolicCholeskyRaw::Simplicial(s) => (s.len_val(), 0.0),
     };
     let hwm = std::fs::read_to_string("/proc/self/status").unwrap();
-    let hwm = hwm.lines().find(|l| l.starts_with("VmHWM")).unwrap().to_string();
+    let hwm = hwm
+        .lines()
+        .find(|l| l.starts_with("VmHWM"))
+        .unwrap()
+        .to_string();
     println!(
         "{} {} {n}: graph {tg:.3} order {to:.3} symbolic {ts:.3} numeric {tn:.3} total {:.3} fill {:.2}M len {:.2}M flops {:.2}G {hwm}",
-        args[1], args[3], tg + to + ts + tn, fill as f64 / 1e6, s.len_val() as f64 / 1e6, flops / 1e9
+        args[1],
+        args[3],
+        tg + to + ts + tn,
+        fill as f64 / 1e6,
+        s.len_val() as f64 / 1e6,
+        flops / 1e9
     );
 }

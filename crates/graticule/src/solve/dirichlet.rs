@@ -162,7 +162,9 @@ impl DirichletSystem {
     /// # Errors
     /// As [`Cholesky::solve`].
     pub fn solve(&self, fixed_values: &[f64]) -> Result<Solution, SolveError> {
-        let right_sides = self.partition.right_sides(&self.coupling, fixed_values, None)?;
+        let right_sides = self
+            .partition
+            .right_sides(&self.coupling, fixed_values, None)?;
         let solved = self.factor.solve(&right_sides)?;
         Ok(self.partition.merged(fixed_values, solved))
     }
@@ -178,7 +180,9 @@ impl DirichletSystem {
         loads: &[f64],
     ) -> Result<Solution, SolveError> {
         let loads = Some(loads);
-        let right_sides = self.partition.right_sides(&self.coupling, fixed_values, loads)?;
+        let right_sides = self
+            .partition
+            .right_sides(&self.coupling, fixed_values, loads)?;
         let solved = self.factor.solve(&right_sides)?;
         Ok(self.partition.merged(fixed_values, solved))
     }
@@ -246,7 +250,9 @@ impl DirichletLu {
     /// # Errors
     /// As [`Lu::solve`].
     pub fn solve(&self, fixed_values: &[f64]) -> Result<Solution, SolveError> {
-        let right_sides = self.partition.right_sides(&self.coupling, fixed_values, None)?;
+        let right_sides = self
+            .partition
+            .right_sides(&self.coupling, fixed_values, None)?;
         let solved = self.factor.solve(&right_sides)?;
         Ok(self.partition.merged(fixed_values, solved))
     }
@@ -261,7 +267,9 @@ impl DirichletLu {
         loads: &[f64],
     ) -> Result<Solution, SolveError> {
         let loads = Some(loads);
-        let right_sides = self.partition.right_sides(&self.coupling, fixed_values, loads)?;
+        let right_sides = self
+            .partition
+            .right_sides(&self.coupling, fixed_values, loads)?;
         let solved = self.factor.solve(&right_sides)?;
         Ok(self.partition.merged(fixed_values, solved))
     }
@@ -274,7 +282,11 @@ impl DirichletLu {
     /// # Errors
     /// As [`Lu::solve`].
     pub fn pull_back(&self, gradients: &[f64]) -> Result<Solution, SolveError> {
-        let Partition { free, fixed, places } = &self.partition;
+        let Partition {
+            free,
+            fixed,
+            places,
+        } = &self.partition;
         let columns = count_columns(gradients, places.len())?;
         let of_free: Vec<f64> = gradients
             .chunks_exact(places.len().max(1))
@@ -286,7 +298,11 @@ impl DirichletLu {
             let adjoint = &adjoint.values[column * free.len()..][..free.len()];
             let through_free = self.coupling.multiply_transposed(adjoint);
             let direct = fixed.iter().map(|&unknown| gradient[unknown as usize]);
-            values.extend(direct.zip(through_free).map(|(direct, through)| direct - through));
+            values.extend(
+                direct
+                    .zip(through_free)
+                    .map(|(direct, through)| direct - through),
+            );
         }
         adjoint.values = values;
         Ok(adjoint)

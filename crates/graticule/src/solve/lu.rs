@@ -173,7 +173,10 @@ impl Lu {
             Factors::Frontal(frontal) => {
                 let places = self.symbolic.ordering.places();
                 let mut ordered = vec![0.0; columns.len()];
-                for (to, from) in ordered.chunks_exact_mut(order).zip(columns.chunks_exact(order)) {
+                for (to, from) in ordered
+                    .chunks_exact_mut(order)
+                    .zip(columns.chunks_exact(order))
+                {
                     for (&place, &value) in places.iter().zip(from) {
                         to[place as usize] = value;
                     }
@@ -183,7 +186,10 @@ impl Lu {
                 } else {
                     frontal.solve_in_place(&mut ordered, order);
                 }
-                for (from, to) in ordered.chunks_exact(order).zip(columns.chunks_exact_mut(order)) {
+                for (from, to) in ordered
+                    .chunks_exact(order)
+                    .zip(columns.chunks_exact_mut(order))
+                {
                     for (&place, value) in places.iter().zip(to) {
                         *value = from[place as usize];
                     }
@@ -279,8 +285,7 @@ impl GeneralLu {
         let column_order = column_order(matrix)?;
         let mut row_order = [vec![0; order], vec![0; order]];
         let mut factors = simplicial::SimplicialLu::new();
-        let scratch =
-            simplicial::factorize_simplicial_numeric_lu_scratch::<u32, f64>(order, order);
+        let scratch = simplicial::factorize_simplicial_numeric_lu_scratch::<u32, f64>(order, order);
         let [forward, inverse] = &mut row_order;
         simplicial::factorize_simplicial_numeric_lu(
             forward,
@@ -348,7 +353,9 @@ fn column_order(matrix: &SparseMatrix) -> Result<[Vec<u32>; 2], SolveError> {
         inverse,
         matrix.pattern().faer(),
         colamd::Control::default(),
-        MemStack::new(&mut memory(colamd::order_scratch::<u32>(order, order, entries))?),
+        MemStack::new(&mut memory(colamd::order_scratch::<u32>(
+            order, order, entries,
+        ))?),
     )
     .map_err(|_| SolveError::OutOfMemory {
         bytes: entries * size_of::<u32>(),

@@ -155,7 +155,9 @@ fn ordering(
     let mut followers = vec![Vec::new(); matrix.order()];
     for (place, &row) in kept.iter().enumerate() {
         let places = by_row.pattern().column(row).iter();
-        let last = places.map(|&unknown| of_unknowns.places()[unknown as usize]).max();
+        let last = places
+            .map(|&unknown| of_unknowns.places()[unknown as usize])
+            .max();
         // Independent constraints have at least one unknown.
         followers[last.unwrap_or(0) as usize].push((matrix.order() + place) as u32);
     }

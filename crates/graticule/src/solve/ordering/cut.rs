@@ -30,7 +30,10 @@ pub(super) fn choose_cut(graph: &Graph, point: impl Fn(u32) -> DVec3) -> Vec<Sid
         let bins: Vec<u16> = vertices.clone().map(|v| slices.bin(point(v))).collect();
         best = better(best, best_cut(graph, stride, bins));
     }
-    if best.as_ref().is_none_or(|(cut, _)| cut.crossing > POOR_CUT * root) {
+    if best
+        .as_ref()
+        .is_none_or(|(cut, _)| cut.crossing > POOR_CUT * root)
+    {
         best = better(best, best_cut(graph, 1, bins_of_steps(graph)));
     }
     match best {
