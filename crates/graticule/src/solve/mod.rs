@@ -19,7 +19,7 @@ mod symbolic;
 
 pub use cholesky::Cholesky;
 pub use dirichlet::{DirichletLu, DirichletSystem};
-pub use eigen::{EigenOptions, Eigenpair, smallest_eigenvector};
+pub use eigen::{EigenOptions, Eigenpair, Pencil, smallest_eigenvector};
 pub use error::SolveError;
 pub use iterative::{
     ConjugateGradientOptions, ConjugateGradientSolution, LinearOperator, ParallelMatrix,

@@ -131,7 +131,9 @@ fn directed_systems_are_eliminated_likewise_and_pull_gradients_back() {
 fn dense_saddle(matrix: &SymmetricMatrix, constraints: &SparseMatrix) -> Vec<Vec<f64>> {
     let order = matrix.order() + constraints.rows();
     let mut rows = dense(&matrix.to_full());
-    rows.iter_mut().for_each(|row| row.resize(order, 0.0));
+    for row in &mut rows {
+        row.resize(order, 0.0);
+    }
     rows.resize(order, vec![0.0; order]);
     for (row, column, value) in constraints.triplets() {
         rows[matrix.order() + row][column] = value;
@@ -188,7 +190,9 @@ fn one_constraint_on_all_unknowns_fixes_their_mean() {
     let system = SaddleSystem::new(&matrix, &mean, Placement::at(&fixture.positions)).unwrap();
     let mut loads = random(count, 1);
     let average = loads.iter().sum::<f64>() / count as f64;
-    loads.iter_mut().for_each(|load| *load -= average);
+    for load in &mut loads {
+        *load -= average;
+    }
     let solution = system.solve(&loads, &[0.0]).unwrap();
     assert!(solution.multipliers[0].abs() < 1e-10);
     let image = matrix.multiply(&solution.values);

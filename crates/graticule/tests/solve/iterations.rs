@@ -2,7 +2,7 @@ use std::time::Duration;
 
 use graticule::solve::{
     Cholesky, ConjugateGradientOptions, EigenOptions, Identity, IncompleteCholesky, Jacobi,
-    ParallelMatrix, Placement, SolveError, SymmetricMatrix, conjugate_gradients,
+    ParallelMatrix, Pencil, Placement, SolveError, SymmetricMatrix, conjugate_gradients,
     smallest_eigenvector,
 };
 use graticule::watch::Watch;
@@ -10,7 +10,7 @@ use graticule_fixtures::{Fixture, bumpy_patch, disk, torus};
 
 use crate::common::{difference, laplacian, random, random_definite};
 
-fn options(tolerance: f64) -> ConjugateGradientOptions {
+fn options(tolerance: f64) -> ConjugateGradientOptions<'static> {
     ConjugateGradientOptions {
         tolerance,
         ..Default::default()
@@ -32,13 +32,13 @@ fn conjugate_gradients_agree_with_cholesky_under_every_preconditioner() {
     let matrix = laplacian(&fixture, 1e-2);
     let b = random(matrix.order(), 1);
     let expected = direct(&fixture, &matrix, &b);
-    let run = (options(1e-12), &Watch::new());
+    let (run, watch) = (options(1e-12), Watch::new());
     let jacobi = Jacobi::new(&matrix).unwrap();
     let incomplete = IncompleteCholesky::new(&matrix).unwrap();
     assert_eq!(incomplete.shift(), 0.0);
-    let by_none = conjugate_gradients(&matrix, &Identity, &b, None, run).unwrap();
-    let by_jacobi = conjugate_gradients(&matrix, &jacobi, &b, None, run).unwrap();
-    let by_incomplete = conjugate_gradients(&matrix, &incomplete, &b, None, run).unwrap();
+    let by_none = conjugate_gradients(&matrix, &Identity, &b, run, &watch).unwrap();
+    let by_jacobi = conjugate_gradients(&matrix, &jacobi, &b, run, &watch).unwrap();
+    let by_incomplete = conjugate_gradients(&matrix, &incomplete, &b, run, &watch).unwrap();
     for solution in [&by_none, &by_jacobi, &by_incomplete] {
         assert!(difference(&expected, &solution.values) < 1e-9);
         assert!(solution.residual <= 1e-12);
@@ -53,8 +53,8 @@ fn incomplete_cholesky_without_fill_to_leave_out_is_exact() {
     let entries = chain.lower().triplets().chain([(49, 49, 1.0)]);
     let matrix = SymmetricMatrix::from_triplets(50, entries).unwrap();
     let incomplete = IncompleteCholesky::new(&matrix).unwrap();
-    let run = (options(1e-10), &Watch::new());
-    let solution = conjugate_gradients(&matrix, &incomplete, &random(50, 1), None, run).unwrap();
+    let (run, watch) = (options(1e-10), Watch::new());
+    let solution = conjugate_gradients(&matrix, &incomplete, &random(50, 1), run, &watch).unwrap();
     assert_eq!(solution.iterations, 1);
 }
 
@@ -74,9 +74,9 @@ fn incomplete_cholesky_is_strengthened_where_a_pivot_fails() {
     let matrix = SymmetricMatrix::from_triplets(4, triplets).unwrap();
     let incomplete = IncompleteCholesky::new(&matrix).unwrap();
     assert!(incomplete.shift() > 0.0);
-    let run = (options(1e-12), &Watch::new());
+    let (run, watch) = (options(1e-12), Watch::new());
     let b = matrix.multiply(&[1.0, 2.0, 3.0, 4.0]);
-    let solution = conjugate_gradients(&matrix, &incomplete, &b, None, run).unwrap();
+    let solution = conjugate_gradients(&matrix, &incomplete, &b, run, &watch).unwrap();
     assert!(difference(&[1.0, 2.0, 3.0, 4.0], &solution.values) < 1e-10);
 }
 
@@ -85,10 +85,14 @@ fn a_start_at_the_solution_needs_no_iteration() {
     let matrix = random_definite(100, 5);
     let x = random(100, 1);
     let b = matrix.multiply(&x);
-    let run = (options(1e-12), &Watch::new());
-    let warm = conjugate_gradients(&matrix, &Identity, &b, Some(&x), run).unwrap();
+    let watch = Watch::new();
+    let run = ConjugateGradientOptions {
+        start: Some(&x),
+        ..options(1e-12)
+    };
+    let warm = conjugate_gradients(&matrix, &Identity, &b, run, &watch).unwrap();
     assert_eq!(warm.iterations, 0);
-    let zero = conjugate_gradients(&matrix, &Identity, &[0.0; 100], Some(&x), run).unwrap();
+    let zero = conjugate_gradients(&matrix, &Identity, &[0.0; 100], run, &watch).unwrap();
     assert_eq!(zero.values, [0.0; 100]);
 }
 
@@ -105,7 +109,7 @@ fn the_result_is_the_same_for_any_number_of_threads() {
             .build()
             .unwrap();
         let watch = Watch::new();
-        let run = || conjugate_gradients(&parallel, &jacobi, &b, None, (options(1e-8), &watch));
+        let run = || conjugate_gradients(&parallel, &jacobi, &b, options(1e-8), &watch);
         pool.install(run).unwrap()
     };
     assert_eq!(with_threads(1), with_threads(3));
@@ -115,12 +119,12 @@ fn the_result_is_the_same_for_any_number_of_threads() {
 fn scale_does_not_matter_to_conjugate_gradients() {
     let matrix = random_definite(60, 3);
     let b = random(60, 1);
-    let run = (options(1e-12), &Watch::new());
+    let (run, watch) = (options(1e-12), Watch::new());
     let solve = |scale: f64| {
         let values = matrix.lower().values().iter().map(|v| v * scale).collect();
         let matrix = matrix.with_values(values).unwrap();
         let b: Vec<f64> = b.iter().map(|b| b * scale).collect();
-        conjugate_gradients(&matrix, &Jacobi::new(&matrix).unwrap(), &b, None, run).unwrap()
+        conjugate_gradients(&matrix, &Jacobi::new(&matrix).unwrap(), &b, run, &watch).unwrap()
     };
     let plain = solve(1.0);
     for scale in [1e-30, 1e30] {
@@ -134,25 +138,37 @@ fn an_iteration_that_does_not_end_well_says_so() {
     let b = random(matrix.order(), 1);
     let watch = Watch::new();
     let few = ConjugateGradientOptions {
-        tolerance: 1e-12,
         most_iterations: 5,
+        ..options(1e-12)
     };
-    let error = conjugate_gradients(&matrix, &Identity, &b, None, (few, &watch)).unwrap_err();
+    let error = conjugate_gradients(&matrix, &Identity, &b, few, &watch).unwrap_err();
     assert!(
         matches!(error, SolveError::NotConverged { iterations: 5, .. }),
         "{error}"
     );
     let negative = SymmetricMatrix::from_triplets(2, [(0, 0, 1.0), (1, 1, -1.0)]).unwrap();
-    let run = (options(1e-12), &watch);
-    let error = conjugate_gradients(&negative, &Identity, &[0.0, 1.0], None, run).unwrap_err();
+    let error =
+        conjugate_gradients(&negative, &Identity, &[0.0, 1.0], options(1e-12), &watch).unwrap_err();
     assert!(
-        matches!(error, SolveError::NotPositiveDefinite { .. }),
+        matches!(error, SolveError::IndefiniteOperator { .. }),
         "{error}"
     );
     assert!(Jacobi::new(&negative).is_err());
     let late = Watch::new().with_time_limit(Duration::ZERO);
-    let error = conjugate_gradients(&matrix, &Identity, &b, None, (options(1e-12), &late));
+    let error = conjugate_gradients(&matrix, &Identity, &b, options(1e-12), &late);
     assert!(matches!(error.unwrap_err(), SolveError::Stopped(_)));
+}
+
+fn pencil<'a>(
+    stiffness: &'a SymmetricMatrix,
+    mass: &'a SymmetricMatrix,
+    deflated: &'a [Vec<f64>],
+) -> Pencil<'a> {
+    Pencil {
+        stiffness,
+        mass,
+        deflated,
+    }
 }
 
 #[test]
@@ -164,9 +180,14 @@ fn the_smallest_eigenvector_of_a_chain_is_a_cosine() {
     let ordering = Placement::unknown()
         .ordering(chain.lower().pattern())
         .unwrap();
-    let constants = [vec![1.0; count]];
-    let run = (EigenOptions::default(), &Watch::new());
-    let pair = smallest_eigenvector(&chain, &mass, &constants, &ordering, run).unwrap();
+    let (run, watch) = (EigenOptions::default(), Watch::new());
+    let pair = smallest_eigenvector(
+        pencil(&chain, &mass, &[vec![1.0; count]]),
+        &ordering,
+        run,
+        &watch,
+    )
+    .unwrap();
     let angle = std::f64::consts::PI / count as f64;
     assert!((pair.value - (2.0 - 2.0 * angle.cos())).abs() < 1e-11);
     let cosine: Vec<f64> = (0..count)
@@ -188,8 +209,14 @@ fn a_mass_on_few_unknowns_is_enough() {
     let ordering = Placement::unknown()
         .ordering(matrix.lower().pattern())
         .unwrap();
-    let run = (EigenOptions::default(), &Watch::new());
-    let pair = smallest_eigenvector(&matrix, &mass, &[vec![1.0; count]], &ordering, run).unwrap();
+    let (run, watch) = (EigenOptions::default(), Watch::new());
+    let pair = smallest_eigenvector(
+        pencil(&matrix, &mass, &[vec![1.0; count]]),
+        &ordering,
+        run,
+        &watch,
+    )
+    .unwrap();
     assert!(pair.value > 0.0);
     let image = matrix.multiply(&pair.vector);
     let weighed = mass.multiply(&pair.vector);
@@ -208,8 +235,9 @@ fn a_pencil_without_energy_in_some_direction_is_refused() {
     let ordering = Placement::unknown()
         .ordering(nothing.lower().pattern())
         .unwrap();
-    let run = (EigenOptions::default(), &Watch::new());
-    let error = smallest_eigenvector(&nothing, &nothing, &[], &ordering, run).unwrap_err();
+    let (run, watch) = (EigenOptions::default(), Watch::new());
+    let error =
+        smallest_eigenvector(pencil(&nothing, &nothing, &[]), &ordering, run, &watch).unwrap_err();
     assert!(
         matches!(error, SolveError::NotPositiveDefinite { .. }),
         "{error}"
