@@ -37,8 +37,9 @@ impl Independence {
             let coefficients: Vec<f64> = transposed.column(constraint).map(|c| c.1).collect();
             let scale = power_of_two(largest(&coefficients));
             let row = transposed.column(constraint);
-            let mut row: BTreeMap<usize, f64> =
-                row.map(|(unknown, value)| (unknown, value / scale)).collect();
+            let mut row: BTreeMap<usize, f64> = row
+                .map(|(unknown, value)| (unknown, value / scale))
+                .collect();
             result.steps.push(pivot_rows.reduce(&mut row));
             result.independent.push(pivot_rows.accept(constraint, row));
             result.scales.push(scale);
@@ -48,6 +49,11 @@ impl Independence {
 
     pub(super) fn rows(&self) -> usize {
         self.steps.len()
+    }
+
+    /// Powers of two near the rows' largest coefficients.
+    pub(super) fn scales(&self) -> &[f64] {
+        &self.scales
     }
 
     pub(super) fn is_independent(&self, row: usize) -> bool {
@@ -95,7 +101,9 @@ impl PivotRows {
     /// Takes multiples of the pivot rows away until none of their pivots is left in `row`.
     fn reduce(&self, row: &mut BTreeMap<usize, f64>) -> Vec<(usize, f64)> {
         let mut steps = Vec::new();
-        let pivots = row.keys().filter_map(|&unknown| self.row_of_unknown[unknown]);
+        let pivots = row
+            .keys()
+            .filter_map(|&unknown| self.row_of_unknown[unknown]);
         // A pivot row holds no pivots of earlier rows: in this order each is needed once.
         let mut waiting: BinaryHeap<Reverse<usize>> = pivots.map(Reverse).collect();
         while let Some(Reverse(index)) = waiting.pop() {
@@ -103,7 +111,10 @@ impl PivotRows {
             let Some(value) = row.remove(pivot) else {
                 continue;
             };
-            let own = coefficients.iter().find(|c| c.0 == *pivot).map_or(1.0, |c| c.1);
+            let own = coefficients
+                .iter()
+                .find(|c| c.0 == *pivot)
+                .map_or(1.0, |c| c.1);
             let factor = value / own;
             steps.push((index, factor));
             for &(unknown, coefficient) in coefficients.iter().filter(|c| c.0 != *pivot) {
@@ -132,7 +143,8 @@ impl PivotRows {
             return false;
         }
         self.row_of_unknown[pivot] = Some(constraint);
-        self.rows.insert(constraint, (pivot, row.into_iter().collect()));
+        self.rows
+            .insert(constraint, (pivot, row.into_iter().collect()));
         true
     }
 }

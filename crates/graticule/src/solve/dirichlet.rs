@@ -82,11 +82,9 @@ impl Partition {
     /// All unknowns of each column, from the fixed values and the solved free ones.
     fn merged(&self, fixed_values: &[f64], mut solved: Solution) -> Solution {
         let [free, fixed] = [self.free.len(), self.fixed.len()];
-        let columns = if free > 0 {
-            solved.values.len() / free
-        } else {
-            fixed_values.len().checked_div(fixed).unwrap_or(0)
-        };
+        let of_free = solved.values.len().checked_div(free);
+        let of_fixed = fixed_values.len().checked_div(fixed);
+        let columns = of_free.or(of_fixed).unwrap_or(0);
         let mut values = Vec::with_capacity(columns * self.places.len());
         for column in 0..columns {
             values.extend(self.places.iter().map(|place| match *place {
@@ -162,7 +160,9 @@ impl DirichletSystem {
     /// # Errors
     /// As [`Cholesky::solve`].
     pub fn solve(&self, fixed_values: &[f64]) -> Result<Solution, SolveError> {
-        let right_sides = self.partition.right_sides(&self.coupling, fixed_values, None)?;
+        let right_sides = self
+            .partition
+            .right_sides(&self.coupling, fixed_values, None)?;
         let solved = self.factor.solve(&right_sides)?;
         Ok(self.partition.merged(fixed_values, solved))
     }
@@ -178,7 +178,9 @@ impl DirichletSystem {
         loads: &[f64],
     ) -> Result<Solution, SolveError> {
         let loads = Some(loads);
-        let right_sides = self.partition.right_sides(&self.coupling, fixed_values, loads)?;
+        let right_sides = self
+            .partition
+            .right_sides(&self.coupling, fixed_values, loads)?;
         let solved = self.factor.solve(&right_sides)?;
         Ok(self.partition.merged(fixed_values, solved))
     }
@@ -246,7 +248,9 @@ impl DirichletLu {
     /// # Errors
     /// As [`Lu::solve`].
     pub fn solve(&self, fixed_values: &[f64]) -> Result<Solution, SolveError> {
-        let right_sides = self.partition.right_sides(&self.coupling, fixed_values, None)?;
+        let right_sides = self
+            .partition
+            .right_sides(&self.coupling, fixed_values, None)?;
         let solved = self.factor.solve(&right_sides)?;
         Ok(self.partition.merged(fixed_values, solved))
     }
@@ -261,7 +265,9 @@ impl DirichletLu {
         loads: &[f64],
     ) -> Result<Solution, SolveError> {
         let loads = Some(loads);
-        let right_sides = self.partition.right_sides(&self.coupling, fixed_values, loads)?;
+        let right_sides = self
+            .partition
+            .right_sides(&self.coupling, fixed_values, loads)?;
         let solved = self.factor.solve(&right_sides)?;
         Ok(self.partition.merged(fixed_values, solved))
     }
@@ -274,7 +280,11 @@ impl DirichletLu {
     /// # Errors
     /// As [`Lu::solve`].
     pub fn pull_back(&self, gradients: &[f64]) -> Result<Solution, SolveError> {
-        let Partition { free, fixed, places } = &self.partition;
+        let Partition {
+            free,
+            fixed,
+            places,
+        } = &self.partition;
         let columns = count_columns(gradients, places.len())?;
         let of_free: Vec<f64> = gradients
             .chunks_exact(places.len().max(1))
@@ -286,7 +296,11 @@ impl DirichletLu {
             let adjoint = &adjoint.values[column * free.len()..][..free.len()];
             let through_free = self.coupling.multiply_transposed(adjoint);
             let direct = fixed.iter().map(|&unknown| gradient[unknown as usize]);
-            values.extend(direct.zip(through_free).map(|(direct, through)| direct - through));
+            values.extend(
+                direct
+                    .zip(through_free)
+                    .map(|(direct, through)| direct - through),
+            );
         }
         adjoint.values = values;
         Ok(adjoint)

@@ -14,7 +14,7 @@ use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve as triangular;
 use faer::sparse::linalg::cholesky::SymbolicCholeskyRaw;
 use faer::sparse::linalg::cholesky::supernodal::SymbolicSupernodalCholesky;
-use faer::{Accum, MatMut, MatRef, Par};
+use faer::{Accum, MatMut, MatRef, Par, Spec};
 
 use super::cholesky::zeros;
 use super::solution::largest;
@@ -159,7 +159,10 @@ impl Assembly<'_> {
         let Block { begin, columns, .. } = *block;
         let end = begin + columns;
         let height = columns + block.below.len();
-        for (place, row) in (begin as u32..end as u32).chain(block.below.iter().copied()).enumerate() {
+        for (place, row) in (begin as u32..end as u32)
+            .chain(block.below.iter().copied())
+            .enumerate()
+        {
             self.places[row as usize] = place as u32;
         }
         for local in 0..columns {
@@ -222,14 +225,14 @@ impl Block {
         let lower = MatMut::from_column_major_slice_mut(&mut self.lower, columns + below, columns);
         let (mut own, mut under) = lower.split_at_row_mut(columns);
         let mut inverse = vec![0; columns];
-        let scratch = lu_in_place_scratch::<u32, f64>(columns, columns, Par::Seq, Default::default());
+        let scratch = lu_in_place_scratch::<u32, f64>(columns, columns, Par::Seq, Spec::default());
         lu_in_place(
             own.as_mut(),
             &mut self.exchange,
             &mut inverse,
             Par::Seq,
             MemStack::new(&mut MemBuffer::new(scratch)),
-            Default::default(),
+            Spec::default(),
         );
         for k in 0..columns {
             // Not `<=`: a pivot that is not a number is weak too.
@@ -289,10 +292,24 @@ impl Block {
             }
             Step::UpperTransposed => {
                 triangular::solve_lower_triangular_in_place(own.transpose(), x.as_mut(), Par::Seq);
-                matmul(y.as_mut(), Accum::Add, upper.transpose(), x.as_ref(), -1.0, Par::Seq);
+                matmul(
+                    y.as_mut(),
+                    Accum::Add,
+                    upper.transpose(),
+                    x.as_ref(),
+                    -1.0,
+                    Par::Seq,
+                );
             }
             Step::LowerTransposed => {
-                matmul(x.as_mut(), Accum::Add, under.transpose(), y.as_ref(), -1.0, Par::Seq);
+                matmul(
+                    x.as_mut(),
+                    Accum::Add,
+                    under.transpose(),
+                    y.as_ref(),
+                    -1.0,
+                    Par::Seq,
+                );
                 triangular::solve_unit_upper_triangular_in_place(
                     own.transpose(),
                     x.as_mut(),
@@ -309,7 +326,11 @@ impl Block {
     /// The block's own rows of every column, exchanged or as they stand.
     fn take_own(&self, all: &[f64], order: usize, exchanged: bool) -> Vec<f64> {
         let own = |column: &[f64], local: usize| {
-            let local = if exchanged { self.exchange[local] as usize } else { local };
+            let local = if exchanged {
+                self.exchange[local] as usize
+            } else {
+                local
+            };
             column[self.begin + local]
         };
         all.chunks_exact(order)
@@ -318,9 +339,16 @@ impl Block {
     }
 
     fn put_own(&self, all: &mut [f64], order: usize, top: &[f64], exchanged: bool) {
-        for (column, values) in all.chunks_exact_mut(order).zip(top.chunks_exact(self.columns)) {
+        for (column, values) in all
+            .chunks_exact_mut(order)
+            .zip(top.chunks_exact(self.columns))
+        {
             for (local, &value) in values.iter().enumerate() {
-                let local = if exchanged { self.exchange[local] as usize } else { local };
+                let local = if exchanged {
+                    self.exchange[local] as usize
+                } else {
+                    local
+                };
                 column[self.begin + local] = value;
             }
         }

@@ -76,8 +76,8 @@ pub struct Lu {
     scaled: SparseMatrix,
     row_scales: Vec<f64>,
     column_scales: Vec<f64>,
-    norm: f64,
-    transposed_norm: f64,
+    row_norm: f64,
+    column_norm: f64,
 }
 
 #[derive(Clone, Debug)]
@@ -116,8 +116,8 @@ impl Lu {
         Ok(Self {
             symbolic: Arc::clone(symbolic),
             factors,
-            norm: scaled.row_sum_norm(),
-            transposed_norm: scaled.column_sum_norm(),
+            row_norm: scaled.row_sum_norm(),
+            column_norm: scaled.column_sum_norm(),
             scaled,
             row_scales,
             column_scales,
@@ -173,7 +173,10 @@ impl Lu {
             Factors::Frontal(frontal) => {
                 let places = self.symbolic.ordering.places();
                 let mut ordered = vec![0.0; columns.len()];
-                for (to, from) in ordered.chunks_exact_mut(order).zip(columns.chunks_exact(order)) {
+                for (to, from) in ordered
+                    .chunks_exact_mut(order)
+                    .zip(columns.chunks_exact(order))
+                {
                     for (&place, &value) in places.iter().zip(from) {
                         to[place as usize] = value;
                     }
@@ -183,7 +186,10 @@ impl Lu {
                 } else {
                     frontal.solve_in_place(&mut ordered, order);
                 }
-                for (from, to) in ordered.chunks_exact(order).zip(columns.chunks_exact_mut(order)) {
+                for (from, to) in ordered
+                    .chunks_exact(order)
+                    .zip(columns.chunks_exact_mut(order))
+                {
                     for (&place, value) in places.iter().zip(to) {
                         *value = from[place as usize];
                     }
@@ -202,7 +208,7 @@ impl Factored for Straight<'_> {
     }
 
     fn norm(&self) -> f64 {
-        self.0.norm
+        self.0.row_norm
     }
 
     fn multiply_into(&self, input: &[f64], output: &mut [f64]) {
@@ -219,8 +225,9 @@ impl Factored for Transposed<'_> {
         self.0.scaled.rows()
     }
 
+    // Rows of the transposed matrix are columns of this one.
     fn norm(&self) -> f64 {
-        self.0.transposed_norm
+        self.0.column_norm
     }
 
     fn multiply_into(&self, input: &[f64], output: &mut [f64]) {
@@ -279,8 +286,7 @@ impl GeneralLu {
         let column_order = column_order(matrix)?;
         let mut row_order = [vec![0; order], vec![0; order]];
         let mut factors = simplicial::SimplicialLu::new();
-        let scratch =
-            simplicial::factorize_simplicial_numeric_lu_scratch::<u32, f64>(order, order);
+        let scratch = simplicial::factorize_simplicial_numeric_lu_scratch::<u32, f64>(order, order);
         let [forward, inverse] = &mut row_order;
         simplicial::factorize_simplicial_numeric_lu(
             forward,
@@ -348,7 +354,9 @@ fn column_order(matrix: &SparseMatrix) -> Result<[Vec<u32>; 2], SolveError> {
         inverse,
         matrix.pattern().faer(),
         colamd::Control::default(),
-        MemStack::new(&mut memory(colamd::order_scratch::<u32>(order, order, entries))?),
+        MemStack::new(&mut memory(colamd::order_scratch::<u32>(
+            order, order, entries,
+        ))?),
     )
     .map_err(|_| SolveError::OutOfMemory {
         bytes: entries * size_of::<u32>(),
