@@ -246,7 +246,6 @@ fn measure_overlap(
     faces: &[FaceDistortion],
     watch: &Watch,
 ) -> Result<OverlapFound, MeasureError> {
-    let _stage = watch.stage("overlap");
     let crossings = overlap::count_crossings(map, watch)?;
     let overlapping_faces = overlap::find_overlap(map, islands, watch)?;
     let mut coverage = coverage::scan(map, watch)?;
