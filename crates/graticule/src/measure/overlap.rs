@@ -111,16 +111,13 @@ fn crossings_of_leaf(tree: &BoxTree, leaf: usize, segments: &[[DVec2; 2]], copie
     tree.overlapping_leaves(leaf, leaf, &mut found);
     for i in tree.leaf(leaf) {
         let first = tree.item(i);
-        for j in found.iter().flat_map(|&other| tree.leaf(other)) {
+        for j in tree.overlapping(i, &found).filter(|&j| i < j) {
             let second = tree.item(j);
-            if i < j
-                && tree.bounds(i).overlaps(tree.bounds(j))
-                && cross(segments[first], segments[second])
-            {
+            if cross(segments[first], segments[second]) {
                 count += copies[first] * copies[second];
-                if count > CROSSING_LIMIT {
-                    return count;
-                }
+            }
+            if count > CROSSING_LIMIT {
+                return count;
             }
         }
     }
@@ -205,14 +202,11 @@ impl Search<'_> {
         }
         for i in sought {
             let triangle = self.image(i);
-            for j in found.iter().flat_map(|&other| self.tree.leaf(other)) {
-                if i != j
-                    && self.tree.bounds(i).overlaps(self.tree.bounds(j))
-                    && interiors_meet(&triangle, &self.image(j))
-                {
-                    let [a, b] = [i, j].map(|rank| self.faces[self.tree.item(rank)]);
-                    return Some([a.min(b), a.max(b)]);
-                }
+            let mut others = self.tree.overlapping(i, &found).filter(|&j| i != j);
+            let meeting = others.find(|&j| interiors_meet(&triangle, &self.image(j)));
+            if let Some(j) = meeting {
+                let [a, b] = [i, j].map(|rank| self.faces[self.tree.item(rank)]);
+                return Some([a.min(b), a.max(b)]);
             }
         }
         None
