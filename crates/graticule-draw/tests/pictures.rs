@@ -470,6 +470,7 @@ fn values_of_all_kinds_have_colours() {
                 map: ColorMap::Viridis,
                 range,
                 middle,
+                least_range: 0.0,
             };
             let style = SurfaceStyle {
                 figure: Some(Figure::per_face("value", &values).with_scale(scale)),
