@@ -358,7 +358,9 @@ impl Equations {
         let graph = Graph::of_pattern(matrix.lower().pattern());
         let ordering = Ordering::for_mesh(&graph, &coordinates);
         watch.check()?;
-        Ok(Factor::Cholesky(Box::new(Cholesky::new(&matrix, &ordering)?)))
+        Ok(Factor::Cholesky(Box::new(Cholesky::new(
+            &matrix, &ordering,
+        )?)))
     }
 }
 

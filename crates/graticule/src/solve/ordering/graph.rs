@@ -26,11 +26,13 @@ impl Graph {
     #[must_use]
     pub fn of_pattern(pattern: &Pattern) -> Self {
         assert_eq!(pattern.rows(), pattern.columns(), "square pattern");
-        let edges = (0..pattern.columns() as u32).flat_map(|column| {
-            let rows = pattern.column(column as usize).iter();
-            rows.map(move |&row| [row, column])
-        });
-        Self::from_edges(pattern.columns(), edges)
+        Self::from_edges(pattern.columns(), entries(pattern))
+    }
+
+    /// The graph of groups of unknowns; `group_of` has one entry per unknown.
+    pub(super) fn of_groups(pattern: &Pattern, groups: usize, group_of: &[u32]) -> Self {
+        let edges = entries(pattern).map(|ends| ends.map(|end| group_of[end as usize]));
+        Self::from_edges(groups, edges)
     }
 
     /// The graph on `vertices` vertices with the given edges, in any order and direction, loops and
@@ -168,6 +170,13 @@ impl Graph {
         }
         components
     }
+}
+
+fn entries(pattern: &Pattern) -> impl Iterator<Item = [u32; 2]> + Clone {
+    (0..pattern.columns() as u32).flat_map(|column| {
+        let rows = pattern.column(column as usize).iter();
+        rows.map(move |&row| [row, column])
+    })
 }
 
 /// Marks a vertex that is not in a subgraph.

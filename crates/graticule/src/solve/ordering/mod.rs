@@ -5,9 +5,11 @@ use glam::DVec3;
 mod cut;
 mod dissection;
 mod graph;
+mod placement;
 mod separator;
 
 pub use graph::Graph;
+pub use placement::Placement;
 
 /// Below this many vertices minimum degree is at least as fast in all.
 const SMALLEST_DISSECTED: usize = 4_000;
@@ -38,7 +40,8 @@ impl Ordering {
         Some(Self { order, places })
     }
 
-    fn from_permutation(order: Vec<u32>) -> Self {
+    /// `order` holds every number below its length once.
+    pub(super) fn from_permutation(order: Vec<u32>) -> Self {
         let mut places = vec![0; order.len()];
         for (place, &unknown) in order.iter().enumerate() {
             places[unknown as usize] = place as u32;
@@ -91,6 +94,13 @@ impl Ordering {
     pub fn expanded(&self, block: usize) -> Self {
         let block = block as u32;
         let unknowns = |&vertex: &u32| (0..block).map(move |k| block * vertex + k);
+        Self::from_permutation(self.order.iter().flat_map(unknowns).collect())
+    }
+
+    /// The order of unknowns that belong to groups: `group_of` ascends, one entry per unknown.
+    fn expanded_to(&self, group_of: &[u32]) -> Self {
+        let first = |group: u32| group_of.partition_point(|&other| other < group) as u32;
+        let unknowns = |&group: &u32| first(group)..first(group + 1);
         Self::from_permutation(self.order.iter().flat_map(unknowns).collect())
     }
 
