@@ -27,6 +27,8 @@ struct Row {
     place: String,
     functions: Vec<String>,
     tests: Vec<String>,
+    /// Whether the test is planned.
+    awaits_test: bool,
 }
 
 /// Checks all tables of the workspace at `root` and returns what was checked, in a sentence.
@@ -146,6 +148,7 @@ fn rows(text: &str) -> Vec<Row> {
                 place: cells.first().cloned().unwrap_or_default(),
                 functions: function.map(names).unwrap_or_default(),
                 tests: names(test),
+                awaits_test: cells.get(test).is_some_and(|cell| cell.contains("planned")),
             });
         }
     }
@@ -190,7 +193,7 @@ fn row_faults(key: &str, rows: &[Row], items: &[Item]) -> Vec<String> {
                 faults.push(format!("{place}: no test is called `{name}`"));
             }
         }
-        if !row.functions.is_empty() && row.tests.is_empty() {
+        if !row.functions.is_empty() && row.tests.is_empty() && !row.awaits_test {
             faults.push(format!("{place}: names a function but no test"));
         }
     }

@@ -45,13 +45,19 @@ fn distances_up_to_similarity(map: &PerVertex<DVec2>, expected: &PerVertex<DVec2
 }
 
 /// The largest distance.
-pub(crate) fn distance_up_to_similarity(map: &PerVertex<DVec2>, expected: &PerVertex<DVec2>) -> f64 {
+pub(crate) fn distance_up_to_similarity(
+    map: &PerVertex<DVec2>,
+    expected: &PerVertex<DVec2>,
+) -> f64 {
     let distances = distances_up_to_similarity(map, expected);
     distances.into_iter().fold(0.0, f64::max)
 }
 
 /// The root of the mean square distance.
-pub(crate) fn mean_distance_up_to_similarity(map: &PerVertex<DVec2>, expected: &PerVertex<DVec2>) -> f64 {
+pub(crate) fn mean_distance_up_to_similarity(
+    map: &PerVertex<DVec2>,
+    expected: &PerVertex<DVec2>,
+) -> f64 {
     let distances = distances_up_to_similarity(map, expected);
     (distances.iter().map(|d| d * d).sum::<f64>() / distances.len() as f64).sqrt()
 }
