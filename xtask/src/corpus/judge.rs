@@ -197,7 +197,9 @@ fn judge_result(
 
 fn figures_of(report: &Value) -> Figures {
     Figures {
-        flipped: report.pointer("/measure/faces/flipped").and_then(Value::as_u64),
+        flipped: report
+            .pointer("/measure/faces/flipped")
+            .and_then(Value::as_u64),
         residual: report.pointer("/result/residual").and_then(Value::as_f64),
         peak_mebibytes: report["peak_memory_bytes"]
             .as_u64()

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use glam::DVec2;
-use graticule::flatten::{NaturalOptions, Patch, natural_map};
-use graticule::mesh::{CornerAttribute, PerVertex, PolygonSoup, Surface};
+use graticule::flatten::{NaturalOptions, Patch, Pins, natural_map};
+use graticule::mesh::{CornerAttribute, PerVertex, PolygonSoup, Surface, VertexId};
 use graticule_io::{Format, write_to};
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -50,7 +50,11 @@ pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {
     outcome.report.input = input_to_report(&surface);
     let stage = session.watch.stage("flatten");
     let patch = Patch::new(surface, &session.watch)?;
-    let map = natural_map(&patch, &NaturalOptions::default(), &session.watch)?;
+    let options = NaturalOptions {
+        pins: upright_pins(&patch),
+        ..NaturalOptions::default()
+    };
+    let map = natural_map(&patch, &options, &session.watch)?;
     drop(stage);
     let uv = map.unit_square_uv();
     outcome.report.result = map_to_report(&map);
@@ -79,6 +83,18 @@ fn make_folder(folder: &Path) -> Result<(), Failure> {
         )
     })?;
     check_writable(&folder.join(MESH))
+}
+
+/// The lowest and the highest boundary vertex, one above the other in the map too.
+fn upright_pins(patch: &Patch) -> Pins {
+    let height = |vertex: &VertexId| patch.surface().position(*vertex).y;
+    let by_height = |a: &VertexId, b: &VertexId| height(a).total_cmp(&height(b));
+    let lowest = patch.boundary_vertices().min_by(by_height);
+    let highest = patch.boundary_vertices().max_by(by_height);
+    match (lowest, highest) {
+        (Some(lowest), Some(highest)) => Pins::At([(lowest, DVec2::ZERO), (highest, DVec2::Y)]),
+        _ => Pins::default(),
+    }
 }
 
 fn input_to_report(surface: &Surface) -> Value {
