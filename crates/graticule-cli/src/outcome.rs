@@ -86,17 +86,7 @@ impl Plan {
     pub(crate) fn finish(self, session: &Session, mut outcome: Outcome) -> Result<(), Failure> {
         session.begin_writing()?;
         let watch = &session.watch;
-        let stage = watch.stage("write");
-        if let (Some(output), Some(soup)) = (&self.mesh, &outcome.mesh) {
-            output.write(soup, session)?;
-        }
-        for (path, bytes) in &outcome.files {
-            write_whole(path, |out| out.write_all(bytes))?;
-        }
-        if let (Some((path, _)), Some(picture)) = (&self.picture, &outcome.picture) {
-            write_whole(path, |out| out.write_all(picture))?;
-        }
-        drop(stage);
+        self.write_files(session, &outcome)?;
         let json = outcome.report.to_json(watch)?;
         for path in &self.reports {
             write_whole(path, |out| out.write_all(json.as_bytes()))?;
@@ -106,6 +96,24 @@ impl Plan {
         }
         let text = if self.json { &json } else { &outcome.text };
         session.console.data(text.as_bytes())
+    }
+
+    /// Writes the mesh, the picture and what else there is beside the report.
+    fn write_files(&self, session: &Session, outcome: &Outcome) -> Result<(), Failure> {
+        if self.mesh.is_none() && self.picture.is_none() && outcome.files.is_empty() {
+            return Ok(());
+        }
+        let _stage = session.watch.stage("write");
+        if let (Some(output), Some(soup)) = (&self.mesh, &outcome.mesh) {
+            output.write(soup, session)?;
+        }
+        for (path, bytes) in &outcome.files {
+            write_whole(path, |out| out.write_all(bytes))?;
+        }
+        if let (Some((path, _)), Some(picture)) = (&self.picture, &outcome.picture) {
+            write_whole(path, |out| out.write_all(picture))?;
+        }
+        Ok(())
     }
 }
 

@@ -101,6 +101,7 @@ pub(super) fn map_to_report(map: &FlatMap) -> Value {
         "residual": map.residual,
         "flips": map.flips,
         "flip_free_in_theory": map.flip_free_in_theory,
+        "intrinsic_flips": map.intrinsic_flips,
         "energy": map.energy,
     })
 }
