@@ -162,7 +162,28 @@ pub fn repair(
         manifold::make_manifold(&mut draft, &mut changes);
     }
     watch.check()?;
+    warn(&changes, watch);
     finish(draft, changes)
+}
+
+/// Warns of what was left as it is although another answer was possible.
+fn warn(changes: &RepairChanges, watch: &Watch) {
+    let seams = changes.seams_left_open.count();
+    if seams > 0 {
+        watch.warn(
+            "seams-left-open",
+            format!("{seams} pairs of boundary edges at the same places were left open, as cuts"),
+        );
+    }
+    let flat = changes.zero_area_left.count();
+    if flat > 0 {
+        watch.warn(
+            "zero-area-left",
+            format!(
+                "{flat} triangles without area could not be removed without changing the topology"
+            ),
+        );
+    }
 }
 
 fn finish(draft: Draft, mut changes: RepairChanges) -> Result<Repaired, RepairError> {

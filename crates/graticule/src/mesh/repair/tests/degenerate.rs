@@ -92,7 +92,7 @@ fn many_points_on_one_line_leave_no_flat_triangle() {
     let repaired = repaired(&filled);
     assert!(total(&repaired).is_disk());
     assert!((area(&repaired.surface) - 180.0).abs() < 1e-9);
-    let defects = Defects::find(&soup_of_surface(&repaired.surface));
+    let defects = Defects::find(&PolygonSoup::from(&repaired.surface));
     assert!(defects.zero_area.is_empty() && defects.is_sound());
 }
 

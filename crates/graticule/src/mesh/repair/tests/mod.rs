@@ -80,21 +80,8 @@ fn check_maps(soup: &PolygonSoup, repaired: &Repaired) {
     check_fixed_point(repaired, Weld::Never);
 }
 
-fn soup_of_surface(surface: &Surface) -> PolygonSoup {
-    let mesh = surface.mesh();
-    let triangles: Vec<_> = mesh
-        .faces()
-        .map(|f| mesh.triangle(f).map(|v| v.0))
-        .collect();
-    PolygonSoup {
-        positions: surface.positions().as_slice().to_vec(),
-        polygons: triangles.iter().map(|t| &t[..]).collect(),
-        ..PolygonSoup::default()
-    }
-}
-
 fn check_fixed_point(repaired: &Repaired, weld: Weld) {
-    let again = soup_of_surface(&repaired.surface);
+    let again = PolygonSoup::from(&repaired.surface);
     let options = RepairOptions {
         weld,
         ..RepairOptions::default()
