@@ -344,7 +344,6 @@ impl Hint for ReadError {
         let text = match self {
             Self::Io(error) if error.kind() == io::ErrorKind::NotFound => "check the path",
             Self::Io(_) => return None,
-            Self::Empty => "export the mesh again",
             Self::Unrecognized { .. } => "export the mesh as OBJ, PLY, OFF, STL, glTF or GLB",
             Self::WrongContent { .. } => {
                 "the name and the content disagree: check how the file came about"
@@ -354,7 +353,7 @@ impl Hint for ReadError {
             Self::NoFaces { holds } if holds.points > 0 => {
                 "a surface is needed: export it with its polygons"
             }
-            Self::NoFaces { .. } => "export the mesh again",
+            Self::Empty | Self::NoFaces { .. } => "export the mesh again",
             Self::TooLarge { .. } => "simplify or split the mesh",
             Self::Malformed { problem, .. } => return Some(problem.hint().into()),
         };

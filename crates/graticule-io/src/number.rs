@@ -112,6 +112,18 @@ pub(crate) fn parse_integer(text: &[u8]) -> Option<i64> {
     Some(if negative { -magnitude } else { magnitude })
 }
 
+/// `value` as an unsigned integer, if it is one.
+#[inline]
+#[allow(
+    clippy::cast_sign_loss,
+    clippy::float_cmp,
+    reason = "the comparison refuses what the cast changes"
+)]
+pub(crate) fn to_unsigned(value: f64) -> Option<u32> {
+    let index = value as u32;
+    (f64::from(index) == value).then_some(index)
+}
+
 #[inline]
 fn split_sign(text: &[u8]) -> (bool, &[u8]) {
     match text {

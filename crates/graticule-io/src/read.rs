@@ -136,17 +136,13 @@ impl Draft {
     }
 
     fn warn_of_non_finite_positions(&mut self) {
-        let mut broken = (0..)
-            .zip(&self.soup.positions)
-            .filter(|(_, p)| !p.is_finite());
+        let positions = self.soup.positions.iter().enumerate();
+        let mut broken = positions.filter(|(_, position)| !position.is_finite());
         if let Some((first, _)) = broken.next() {
-            let count: usize = 1 + broken.count();
+            let count = 1 + broken.count();
             self.warn(
                 "non-finite-positions",
-                format!(
-                    "{count} vertices have a coordinate that is not finite; the first is vertex {}",
-                    first as usize
-                ),
+                format!("vertices with a coordinate that is not finite: {count}, the first is vertex {first}"),
             );
         }
     }
@@ -218,7 +214,7 @@ fn bound_colors(colors: &mut [[f32; 4]]) -> usize {
                 part.clamp(0.0, 1.0)
             }
         });
-        changed += usize::from(bounded != *color);
+        changed += usize::from(bounded.map(f32::to_bits) != color.map(f32::to_bits));
         *color = bounded;
     }
     changed

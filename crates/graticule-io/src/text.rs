@@ -59,7 +59,7 @@ impl<'a> Text<'a> {
     }
 
     /// Counts lines from `line` on.
-    pub(crate) fn from_line(mut self, line: u64) -> Self {
+    pub(crate) fn with_first_line(mut self, line: u64) -> Self {
         self.line = line;
         self
     }
@@ -316,7 +316,10 @@ mod tests {
 
     #[test]
     fn words_cut_by_the_window_come_whole() {
-        let text: String = (0..200_000).map(|i| format!("word{i} ")).collect();
+        let text: String = (0..200_000)
+            .map(|i| format!("word{i} "))
+            .collect::<Vec<_>>()
+            .concat();
         let found = words(&text);
         assert_eq!(found.len(), 200_000);
         assert!(

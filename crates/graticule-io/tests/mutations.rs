@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use common::{named_cubes, plain_cube, seamed_quads};
 use graticule_fixtures::Noise;
-use graticule_io::{Format, WriteOptions, read_bytes, write_to_with};
+use graticule_io::{Format, PolygonSoup, WriteOptions, read_bytes, write_to, write_to_with};
 
 /// Together 100 000.
 const MUTATIONS_PER_FORMAT: usize = 12_500;
@@ -27,7 +27,7 @@ fn seeds(format: Format, ascii: bool) -> Vec<Vec<u8>> {
 }
 
 fn mutate(bytes: &mut Vec<u8>, noise: &mut Noise) {
-    for _ in 0..1 + noise.below(4) {
+    for _ in 0..=noise.below(4) {
         if bytes.is_empty() {
             return;
         }
@@ -112,6 +112,9 @@ fn survive_damage(format: Format, ascii: bool) {
                     .flatten()
                     .all(|&index| index < vertices)
             );
+            if round % 16 == 0 {
+                pass_on(&file.soup);
+            }
         }
         assert!(began.elapsed() < Duration::from_secs(1), "round {round}");
     }
@@ -121,6 +124,17 @@ fn survive_damage(format: Format, ascii: bool) {
     );
     assert!(accepted < MUTATIONS_PER_FORMAT, "no damage was done");
     assert!(start.elapsed() < Duration::from_secs(20));
+}
+
+/// Whatever was accepted can be written, or is refused, and what is written can be read.
+fn pass_on(soup: &PolygonSoup) {
+    for format in Format::ALL {
+        let mut bytes = Vec::new();
+        if write_to(&mut bytes, soup, format).is_ok() {
+            let again = read_bytes(&bytes, Some(format));
+            assert_eq!(again.map(|file| file.format).ok(), Some(format));
+        }
+    }
 }
 
 #[test]

@@ -38,7 +38,7 @@ impl Accessors<'_> {
             let offset = accessor.byte_offset.unwrap_or_default().0;
             let length = component.0.size() * kind.multiplicity();
             self.pieces(view, offset, count, length)
-                .map_err(|problem| self.error(index, problem))?;
+                .map_err(|problem| Self::error(index, problem))?;
         }
         Ok(count)
     }
@@ -97,7 +97,7 @@ impl Accessors<'_> {
             component,
             ComponentType::U8 | ComponentType::U16 | ComponentType::U32
         ) {
-            return Err(self.error(
+            return Err(Self::error(
                 index,
                 Problem::WrongType {
                     attribute: "indices",
@@ -108,7 +108,7 @@ impl Accessors<'_> {
         self.collect(index, accessor, component.size(), 0, convert)
     }
 
-    fn error(&self, index: Index<Accessor>, problem: Problem) -> ReadError {
+    fn error(index: Index<Accessor>, problem: Problem) -> ReadError {
         ReadError::malformed(
             Format::Gltf,
             Place::element("accessor", index.value()),
@@ -129,7 +129,7 @@ impl Accessors<'_> {
             {
                 Ok((accessor, component.0))
             }
-            _ => Err(self.error(index, Problem::WrongType { attribute })),
+            _ => Err(Self::error(index, Problem::WrongType { attribute })),
         }
     }
 
@@ -141,7 +141,7 @@ impl Accessors<'_> {
         blank: T,
         convert: impl Fn(&[u8]) -> T,
     ) -> Result<Vec<T>, ReadError> {
-        let fail = |problem| self.error(index, problem);
+        let fail = |problem| Self::error(index, problem);
         let count = accessor.count.0;
         let mut values = if let Some(view) = accessor.buffer_view {
             let offset = accessor.byte_offset.unwrap_or_default().0;

@@ -26,7 +26,7 @@ pub(super) enum Shapes {
 /// Vertices and corners that a primitive has, before any is read.
 pub(super) fn size(accessors: &Accessors<'_>, primitive: &Primitive) -> Result<u64, ReadError> {
     let mut size = 0_u64;
-    for (_, &attribute) in &primitive.attributes {
+    for &attribute in primitive.attributes.values() {
         size = size.saturating_add(accessors.count(attribute)?);
     }
     if let Some(indices) = primitive.indices {

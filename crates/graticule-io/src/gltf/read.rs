@@ -87,20 +87,14 @@ fn check_size(
     bytes: u64,
 ) -> Result<(), ReadError> {
     let meshes = &accessors.root.meshes;
+    // Each mesh is looked at once, however many instances it has.
     let mut sizes = vec![None; meshes.len()];
     let mut total = 0_u64;
     for instance in instances {
-        let size = match sizes[instance.mesh] {
-            Some(size) => size,
-            None => {
-                let mut size = 0_u64;
-                for primitive in &meshes[instance.mesh].primitives {
-                    size = size.saturating_add(primitive::size(accessors, primitive)?);
-                }
-                *sizes[instance.mesh].insert(size)
-            }
-        };
-        total = total.saturating_add(size);
+        if sizes[instance.mesh].is_none() {
+            sizes[instance.mesh] = Some(mesh_size(accessors, instance.mesh)?);
+        }
+        total = total.saturating_add(sizes[instance.mesh].unwrap_or(0));
     }
     let limit = bytes.saturating_mul(ELEMENTS_PER_BYTE);
     if total > limit {
@@ -108,6 +102,14 @@ fn check_size(
         return Err(ReadError::malformed(Format::Gltf, Place::Header, problem));
     }
     Ok(())
+}
+
+fn mesh_size(accessors: &Accessors<'_>, mesh: usize) -> Result<u64, ReadError> {
+    let mut size = 0_u64;
+    for primitive in &accessors.root.meshes[mesh].primitives {
+        size = size.saturating_add(primitive::size(accessors, primitive)?);
+    }
+    Ok(size)
 }
 
 /// The mesh put together from the primitives of all instances.
@@ -202,7 +204,7 @@ impl Assembly {
         if new || vertex >= self.colors.len() {
             self.colors.resize(vertex, [1.0; 4]);
             self.colors.push(color);
-        } else if self.colors[vertex] != color {
+        } else if self.colors[vertex].map(f32::to_bits) != color.map(f32::to_bits) {
             self.color_conflicts += 1;
         }
     }
@@ -214,58 +216,70 @@ impl Assembly {
         transform: DMat4,
         draft: &mut Draft,
     ) -> Result<(), ReadError> {
-        let triangles = match &arrays.shapes {
-            Shapes::Triangles(triangles) => triangles,
+        match &arrays.shapes {
+            Shapes::Triangles(triangles) => {
+                self.prepare(arrays, draft.soup.polygons.corner_count());
+                self.add_triangles(arrays, (triangles, vertices), transform, draft)?;
+            }
             Shapes::Segments(segments) => {
                 let segments = segments
                     .iter()
                     .map(|ends| ends.map(|end| vertices[end as usize]));
                 draft.soup.polylines.extend(chain_segments(segments));
-                return Ok(());
             }
-            Shapes::Points => {
-                self.points += arrays.positions.len();
-                return Ok(());
-            }
-        };
+            Shapes::Points => self.points += arrays.positions.len(),
+        }
+        Ok(())
+    }
+
+    fn add_triangles(
+        &mut self,
+        arrays: &Arrays,
+        (triangles, vertices): (&[[u32; 3]], &[u32]),
+        transform: DMat4,
+        draft: &mut Draft,
+    ) -> Result<(), ReadError> {
         let linear = DMat3::from_mat4(transform);
         // A mirroring transform turns the faces round (glTF 2.0 §3.7.4).
         let mirrored = linear.determinant() < 0.0;
-        let corner_start = draft.soup.polygons.corner_count();
-        self.prepare_sets(arrays, corner_start);
-        if arrays.normals.is_some() {
-            self.normals.skip_to(corner_start);
-        }
-        let to_normal = cofactors(linear);
+        let to_normal = (linear != DMat3::IDENTITY).then(|| cofactors(linear));
         for &[a, b, c] in triangles {
             let corners = if mirrored { [a, c, b] } else { [a, b, c] };
             let polygon = corners.map(|corner| vertices[corner as usize]);
             push_polygon(&mut draft.soup.polygons, &polygon)?;
             for (corner, vertex) in corners.into_iter().zip(polygon) {
-                for (set, uvs) in &arrays.uv_sets {
-                    if let Some(collector) = self.uv_sets.get_mut(*set) {
-                        let [u, v] = uvs[corner as usize];
-                        // glTF counts v downward from the top of the image.
-                        collector.push(vertex, DVec2::new(u, 1.0 - v));
-                    }
-                }
-                if let Some(normals) = &arrays.normals {
-                    let normal = to_normal * DVec3::from_array(normals[corner as usize]);
-                    self.normals.push(
-                        vertex,
-                        if transform == DMat4::IDENTITY {
-                            normal
-                        } else {
-                            normal.normalize_or_zero()
-                        },
-                    );
-                }
+                self.add_corner(arrays, corner as usize, vertex, to_normal);
             }
         }
         Ok(())
     }
 
-    fn prepare_sets(&mut self, arrays: &Arrays, corner_start: usize) {
+    fn add_corner(
+        &mut self,
+        arrays: &Arrays,
+        corner: usize,
+        vertex: u32,
+        to_normal: Option<DMat3>,
+    ) {
+        for (set, uvs) in &arrays.uv_sets {
+            if let Some(collector) = self.uv_sets.get_mut(*set) {
+                let [u, v] = uvs[corner];
+                // glTF counts v downward from the top of the image.
+                collector.push(vertex, DVec2::new(u, 1.0 - v));
+            }
+        }
+        if let Some(normals) = &arrays.normals {
+            let normal = DVec3::from_array(normals[corner]);
+            let turned = to_normal.map_or(normal, |matrix| (matrix * normal).normalize_or_zero());
+            self.normals.push(vertex, turned);
+        }
+    }
+
+    /// Leaves the corners of earlier primitives without values that only this one has.
+    fn prepare(&mut self, arrays: &Arrays, corner_start: usize) {
+        if arrays.normals.is_some() {
+            self.normals.skip_to(corner_start);
+        }
         for &(set, _) in &arrays.uv_sets {
             if set >= UV_SETS {
                 self.dropped_sets += 1;

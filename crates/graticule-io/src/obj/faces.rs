@@ -192,7 +192,7 @@ impl OptionalIndices {
 #[inline]
 fn resolve(index: i64, count: usize) -> Option<u32> {
     let from_zero = if index < 0 {
-        count as i64 + index
+        i64::try_from(count).ok()?.checked_add(index)?
     } else {
         index - 1
     };

@@ -38,7 +38,7 @@ fn statement(sink: &mut Sink<'_>, keyword: &str, name: &str) -> io::Result<()> {
 
 fn write_vertices(sink: &mut Sink<'_>, soup: &PolygonSoup) -> io::Result<()> {
     let colors = soup.attributes.vertex_colors.as_deref().unwrap_or_default();
-    let opaque = colors.iter().all(|color| color[3] == 1.0);
+    let opaque = colors.iter().all(|color| color[3] >= 1.0);
     for (vertex, position) in soup.positions.iter().enumerate() {
         sink.text("v")?;
         sink.floats(&position.to_array());

@@ -28,6 +28,10 @@ pub(crate) fn read(stream: ByteStream<'_>, draft: &mut Draft) -> Result<(), Read
 
 /// What stands behind the position of each vertex, and how many elements there are.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[allow(
+    clippy::struct_excessive_bools,
+    reason = "one for each letter of the first word"
+)]
 struct Header {
     weight: bool,
     normal: bool,

@@ -3,6 +3,7 @@
 mod header;
 mod read;
 mod values;
+mod vertices;
 mod write;
 
 pub(crate) use read::read;

@@ -1,21 +1,23 @@
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 use graticule::mesh::NO_VALUE;
 
 use super::header::{Element, Encoding, Header, Property, read_header};
 use super::values::{Binary, Values};
+use super::vertices::Vertices;
 use crate::Format;
 use crate::error::{Place, Problem, ReadError, quoted};
+use crate::number::to_unsigned;
 use crate::read::{Draft, check_indices, push_polygon};
 use crate::stream::ByteStream;
 use crate::text::Text;
-use crate::weld::{CornerCollector, chain_segments, vertex_attribute};
+use crate::weld::{CornerCollector, chain_segments};
 
 /// Reads a whole PLY file.
 pub(crate) fn read(mut stream: ByteStream<'_>, draft: &mut Draft) -> Result<(), ReadError> {
     let header = read_header(&mut stream)?;
     match header.encoding {
         Encoding::Ascii => {
-            let text = Text::new(stream, Format::Ply).from_line(header.lines + 1);
+            let text = Text::new(stream, Format::Ply).with_first_line(header.lines + 1);
             read_body(text, &header, draft)
         }
         Encoding::LittleEndian => read_body(Binary::<false>(stream), &header, draft),
@@ -31,7 +33,7 @@ fn read_body(mut values: impl Values, header: &Header, draft: &mut Draft) -> Res
     for element in &header.elements {
         check_rows(element, header.encoding, &values)?;
         match element.name.as_str() {
-            "vertex" => vertices = read_vertices(&mut values, element)?,
+            "vertex" => vertices = Vertices::read(&mut values, element)?,
             "face" => read_faces(&mut values, element, draft, &mut corner_uvs)?,
             "tristrips" => read_strips(&mut values, element, draft)?,
             "edge" => segments = read_edges(&mut values, element)?,
@@ -69,13 +71,13 @@ fn read_body(mut values: impl Values, header: &Header, draft: &mut Draft) -> Res
 }
 
 #[cold]
-fn malformed(element: &Element, row: u64, problem: Problem) -> ReadError {
+pub(super) fn malformed(element: &Element, row: u64, problem: Problem) -> ReadError {
     let place = Place::element(element.name.clone(), row);
     ReadError::malformed(Format::Ply, place, problem)
 }
 
 #[cold]
-fn truncated(element: &Element, row: u64) -> ReadError {
+pub(super) fn truncated(element: &Element, row: u64) -> ReadError {
     let problem = Problem::Truncated {
         expected: format!("{} {row} of {}", element.name, element.rows),
     };
@@ -122,23 +124,23 @@ fn list_count(
     let count = values
         .next(scalar)?
         .ok_or_else(|| truncated(element, row))?;
-    if !(count >= 0.0 && count.fract() == 0.0) {
+    let Some(entries) = to_unsigned(count).map(u64::from) else {
         let text = quoted(count.to_string().as_bytes());
         return Err(malformed(element, row, Problem::BadCount { text }));
-    }
+    };
     let room = values.room(property.scalar);
-    if count > room as f64 {
+    if entries > room {
         let problem = Problem::CountBeyondFile {
             elements: format!("entries of {}", property.name),
-            claimed: count as u64,
+            claimed: entries,
             room,
         };
         return Err(malformed(element, row, problem));
     }
-    Ok(count as u64)
+    Ok(entries)
 }
 
-fn skip_property(
+pub(super) fn skip_property(
     values: &mut impl Values,
     element: &Element,
     property: &Property,
@@ -164,117 +166,6 @@ fn skip_rows(values: &mut impl Values, element: &Element) -> Result<(), ReadErro
     Ok(())
 }
 
-/// The vertex properties that are understood, as columns of a row.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Column {
-    Position(usize),
-    Normal(usize),
-    Color(usize),
-    Uv(usize),
-    Other,
-}
-
-impl Column {
-    fn named(name: &str) -> Self {
-        match name {
-            "x" => Self::Position(0),
-            "y" => Self::Position(1),
-            "z" => Self::Position(2),
-            "nx" => Self::Normal(0),
-            "ny" => Self::Normal(1),
-            "nz" => Self::Normal(2),
-            "red" | "r" | "diffuse_red" => Self::Color(0),
-            "green" | "g" | "diffuse_green" => Self::Color(1),
-            "blue" | "b" | "diffuse_blue" => Self::Color(2),
-            "alpha" | "a" | "diffuse_alpha" => Self::Color(3),
-            "s" | "u" | "texture_u" | "texture_s" => Self::Uv(0),
-            "t" | "v" | "texture_v" | "texture_t" => Self::Uv(1),
-            _ => Self::Other,
-        }
-    }
-}
-
-#[derive(Default)]
-struct Vertices {
-    positions: Vec<DVec3>,
-    normals: Vec<DVec3>,
-    colors: Vec<[f32; 4]>,
-    uvs: Vec<DVec2>,
-}
-
-fn read_vertices(values: &mut impl Values, element: &Element) -> Result<Vertices, ReadError> {
-    let columns: Vec<Column> = element.properties.iter().map(scalar_column).collect();
-    for (axis, property) in ["x", "y", "z"].into_iter().enumerate() {
-        if !columns.contains(&Column::Position(axis)) {
-            let element = "vertex";
-            let problem = Problem::MissingProperty { element, property };
-            return Err(ReadError::malformed(Format::Ply, Place::Header, problem));
-        }
-    }
-    let has = |parts: &[Column]| parts.iter().all(|part| columns.contains(part));
-    let has_normals = has(&[Column::Normal(0), Column::Normal(1), Column::Normal(2)]);
-    let has_colors = has(&[Column::Color(0), Column::Color(1), Column::Color(2)]);
-    let has_uvs = has(&[Column::Uv(0), Column::Uv(1)]);
-    let mut vertices = Vertices::default();
-    vertices.positions.reserve_exact(element.rows as usize);
-    let (mut position, mut normal, mut uv) = ([0.0; 3], [0.0; 3], [0.0; 2]);
-    let mut color = [0.0, 0.0, 0.0, 1.0];
-    for row in 0..element.rows {
-        for (property, column) in element.properties.iter().zip(&columns) {
-            if *column == Column::Other {
-                skip_property(values, element, property, row)?;
-                continue;
-            }
-            let value = values.next(property.scalar)?;
-            let value = value.ok_or_else(|| truncated(element, row))?;
-            match *column {
-                Column::Position(axis) => position[axis] = value,
-                Column::Normal(axis) => normal[axis] = value,
-                Column::Color(part) => color[part] = (value / property.scalar.full()) as f32,
-                Column::Uv(axis) => uv[axis] = value,
-                Column::Other => {}
-            }
-        }
-        vertices.positions.push(DVec3::from_array(position));
-        if has_normals {
-            vertices.normals.push(DVec3::from_array(normal));
-        }
-        if has_colors {
-            vertices.colors.push(color);
-        }
-        if has_uvs {
-            vertices.uvs.push(DVec2::from_array(uv));
-        }
-    }
-    Ok(vertices)
-}
-
-fn scalar_column(property: &Property) -> Column {
-    if property.count.is_some() {
-        Column::Other
-    } else {
-        Column::named(&property.name)
-    }
-}
-
-impl Vertices {
-    fn store(self, draft: &mut Draft) {
-        let soup = &mut draft.soup;
-        let corners = soup.polygons.corner_vertices();
-        if !self.normals.is_empty() {
-            soup.attributes.normals = Some(vertex_attribute(self.normals, corners));
-        }
-        if !self.uvs.is_empty() {
-            let set = vertex_attribute(self.uvs, corners);
-            soup.attributes.uv_sets.push(set);
-        }
-        if !self.colors.is_empty() {
-            soup.attributes.vertex_colors = Some(self.colors);
-        }
-        soup.positions = self.positions;
-    }
-}
-
 /// Adds a list of indices to `list`; `restart` allows -1, which ends a strip.
 #[inline]
 fn read_indices(
@@ -287,16 +178,18 @@ fn read_indices(
     for _ in 0..list_count(values, element, property, row)? {
         let value = values.next(property.scalar)?;
         let value = value.ok_or_else(|| truncated(element, row))?;
-        let index = value as u32;
-        if f64::from(index) == value && index < NO_VALUE {
-            list.push(index);
-        } else if restart && value == -1.0 {
-            list.push(NO_VALUE);
-        } else {
-            return Err(malformed(element, row, bad_index(value)));
+        match to_index(value) {
+            Some(index) => list.push(index),
+            None if restart && to_unsigned(-value) == Some(1) => list.push(NO_VALUE),
+            None => return Err(malformed(element, row, bad_index(value))),
         }
     }
     Ok(())
+}
+
+#[inline]
+fn to_index(value: f64) -> Option<u32> {
+    to_unsigned(value).filter(|&index| index < NO_VALUE)
 }
 
 #[cold]
@@ -306,16 +199,17 @@ fn bad_index(value: f64) -> Problem {
     }
 }
 
-fn index_list<'a>(element: &'a Element, property: &'static str) -> Result<&'a Property, ReadError> {
-    let lists = element
-        .properties
-        .iter()
-        .filter(|property| property.count.is_some());
-    let mut named =
-        lists.filter(|list| matches!(list.name.as_str(), "vertex_indices" | "vertex_index"));
+/// The list that holds the vertices of faces and strips.
+fn index_list(element: &Element) -> Result<&Property, ReadError> {
+    let mut named = element.properties.iter().filter(|property| {
+        property.count.is_some()
+            && matches!(property.name.as_str(), "vertex_indices" | "vertex_index")
+    });
     named.next().ok_or_else(|| {
-        let element = "face";
-        let problem = Problem::MissingProperty { element, property };
+        let problem = Problem::MissingProperty {
+            element: "face",
+            property: "vertex_indices",
+        };
         ReadError::malformed(Format::Ply, Place::Header, problem)
     })
 }
@@ -329,32 +223,20 @@ fn read_faces(
     if element.rows == 0 {
         return Ok(());
     }
-    let indices = index_list(element, "vertex_indices")?;
-    let (mut corners, mut uvs) = (Vec::new(), Vec::new());
+    let indices = index_list(element)?;
+    let mut face = Face::default();
     let mut odd = 0_usize;
     for row in 0..element.rows {
-        uvs.clear();
-        for property in &element.properties {
-            if std::ptr::eq(property, indices) {
-                read_indices(values, (element, property, row), false, &mut corners)?;
-            } else if property.name == "texcoord" && property.count.is_some() {
-                for _ in 0..list_count(values, element, property, row)? {
-                    let value = values.next(property.scalar)?;
-                    uvs.push(value.ok_or_else(|| truncated(element, row))?);
-                }
-            } else {
-                skip_property(values, element, property, row)?;
-            }
-        }
-        if uvs.len() == 2 * corners.len() && !uvs.is_empty() {
+        face.read(values, element, indices, row)?;
+        if face.uvs.len() == 2 * face.corners.len() && !face.uvs.is_empty() {
             corner_uvs.skip_to(draft.soup.polygons.corner_count());
-            for (&vertex, uv) in corners.iter().zip(uvs.chunks_exact(2)) {
+            for (&vertex, uv) in face.corners.iter().zip(face.uvs.chunks_exact(2)) {
                 corner_uvs.push(vertex, DVec2::from_slice(uv));
             }
         } else {
-            odd += usize::from(!uvs.is_empty());
+            odd += usize::from(!face.uvs.is_empty());
         }
-        push_polygon(&mut draft.soup.polygons, &corners)?;
+        push_polygon(&mut draft.soup.polygons, &face.corners)?;
     }
     if odd > 0 {
         draft.warn(
@@ -367,6 +249,40 @@ fn read_faces(
     Ok(())
 }
 
+/// A row of the element `face`; its memory is used again for each row.
+#[derive(Default)]
+struct Face {
+    corners: Vec<u32>,
+    uvs: Vec<f64>,
+}
+
+impl Face {
+    #[inline]
+    fn read(
+        &mut self,
+        values: &mut impl Values,
+        element: &Element,
+        indices: &Property,
+        row: u64,
+    ) -> Result<(), ReadError> {
+        self.uvs.clear();
+        for property in &element.properties {
+            if std::ptr::eq(property, indices) {
+                read_indices(values, (element, property, row), false, &mut self.corners)?;
+            } else if property.name == "texcoord" && property.count.is_some() {
+                self.uvs.clear();
+                for _ in 0..list_count(values, element, property, row)? {
+                    let value = values.next(property.scalar)?;
+                    self.uvs.push(value.ok_or_else(|| truncated(element, row))?);
+                }
+            } else {
+                skip_property(values, element, property, row)?;
+            }
+        }
+        Ok(())
+    }
+}
+
 /// Triangle strips with -1 between them. Triangles with a repeated vertex only turn the strip.
 fn read_strips(
     values: &mut impl Values,
@@ -376,7 +292,7 @@ fn read_strips(
     if element.rows == 0 {
         return Ok(());
     }
-    let indices = index_list(element, "vertex_indices")?;
+    let indices = index_list(element)?;
     let mut strip = Vec::new();
     for row in 0..element.rows {
         for property in &element.properties {
@@ -419,10 +335,8 @@ fn read_edges(values: &mut impl Values, element: &Element) -> Result<Vec<[u32; 2
             };
             let value = values.next(property.scalar)?;
             let value = value.ok_or_else(|| truncated(element, row))?;
-            ends[side] = value as u32;
-            if f64::from(ends[side]) != value || ends[side] == NO_VALUE {
-                return Err(malformed(element, row, bad_index(value)));
-            }
+            ends[side] =
+                to_index(value).ok_or_else(|| malformed(element, row, bad_index(value)))?;
         }
         segments.push(ends);
     }

@@ -20,12 +20,10 @@ pub(crate) fn write(
     let mut body = Body { sink, ascii };
     content.write_vertices(&mut body, soup)?;
     content.write_faces(&mut body, soup)?;
-    for line in &soup.polylines {
-        for ends in line.windows(2) {
-            body.number(Scalar::U32, f64::from(ends[0]))?;
-            body.number(Scalar::U32, f64::from(ends[1]))?;
-            body.row_end()?;
-        }
+    for ends in soup.polylines.iter().flat_map(|line| line.windows(2)) {
+        body.integer(content.index, ends[0])?;
+        body.integer(content.index, ends[1])?;
+        body.row_end()?;
     }
     Ok(())
 }
@@ -39,6 +37,8 @@ struct Content<'a> {
     corner_uvs: Option<(Scalar, &'a CornerAttribute<DVec2>)>,
     /// Type of the counts of lists.
     count: Scalar,
+    /// Type of vertex indices: signed, as most tools expect, while that is enough.
+    index: Scalar,
 }
 
 fn smallest_float<const N: usize>(values: impl IntoIterator<Item = [f64; N]>) -> Scalar {
@@ -51,12 +51,23 @@ fn smallest_float<const N: usize>(values: impl IntoIterator<Item = [f64; N]>) ->
 
 /// Bytes, as all tools read them, where they are exact.
 fn color_scalar(colors: &[[f32; 4]]) -> Scalar {
-    let exact = |part: &f32| f32::from((part * 255.0).round() as u8) / 255.0 == *part;
+    let exact = |part: &f32| {
+        let byte = to_byte(*part);
+        (f32::from(byte) / 255.0).to_bits() == part.to_bits()
+    };
     if colors.iter().flatten().all(exact) {
         Scalar::U8
     } else {
         Scalar::F32
     }
+}
+
+#[allow(
+    clippy::cast_sign_loss,
+    reason = "the cast is to the nearest value that a byte has"
+)]
+fn to_byte(part: f32) -> u8 {
+    (part * 255.0).round() as u8
 }
 
 impl<'a> Content<'a> {
@@ -99,6 +110,11 @@ impl<'a> Content<'a> {
             } else {
                 Scalar::I32
             },
+            index: if i32::try_from(soup.positions.len()).is_ok() {
+                Scalar::I32
+            } else {
+                Scalar::U32
+            },
         }
     }
 
@@ -126,7 +142,8 @@ impl<'a> Content<'a> {
         }
         let count = self.count.name();
         lines.push(format!("element face {}", soup.polygons.len()));
-        lines.push(format!("property list {count} int vertex_indices"));
+        let index = self.index.name();
+        lines.push(format!("property list {count} {index} vertex_indices"));
         if let Some((scalar, _)) = self.corner_uvs {
             lines.push(format!("property list {count} {} texcoord", scalar.name()));
         }
@@ -137,7 +154,7 @@ impl<'a> Content<'a> {
             .sum();
         if segments > 0 {
             lines.push(format!("element edge {segments}"));
-            lines.extend(["vertex1", "vertex2"].map(|name| format!("property uint {name}")));
+            lines.extend(["vertex1", "vertex2"].map(|name| format!("property {index} {name}")));
         }
         lines.push("end_header\n".to_owned());
         lines.join("\n")
@@ -145,27 +162,22 @@ impl<'a> Content<'a> {
 
     fn write_vertices(&self, body: &mut Body<'_, '_>, soup: &PolygonSoup) -> io::Result<()> {
         for (vertex, position) in soup.positions.iter().enumerate() {
-            body.numbers(self.position, &position.to_array())?;
+            body.floats(self.position, &position.to_array())?;
             if let Some((scalar, normals)) = &self.normals {
-                body.numbers(*scalar, &normals[vertex].to_array())?;
+                body.floats(*scalar, &normals[vertex].to_array())?;
             }
             if let Some((scalar, colors)) = self.colors {
                 let color = colors.get(vertex).unwrap_or(&[1.0; 4]);
-                for part in color {
-                    let full = if scalar == Scalar::U8 { 255.0 } else { 1.0 };
-                    let value = f64::from(*part) * full;
-                    body.number(
-                        scalar,
-                        if scalar == Scalar::U8 {
-                            value.round()
-                        } else {
-                            value
-                        },
-                    )?;
+                for &part in color {
+                    if scalar == Scalar::U8 {
+                        body.integer(scalar, to_byte(part).into())?;
+                    } else {
+                        body.float(scalar, part.into())?;
+                    }
                 }
             }
             if let Some((scalar, uvs)) = &self.uvs {
-                body.numbers(*scalar, &uvs[vertex].to_array())?;
+                body.floats(*scalar, &uvs[vertex].to_array())?;
             }
             body.row_end()?;
         }
@@ -174,20 +186,17 @@ impl<'a> Content<'a> {
 
     fn write_faces(&self, body: &mut Body<'_, '_>, soup: &PolygonSoup) -> io::Result<()> {
         for (polygon, vertices) in soup.polygons.iter().enumerate() {
-            body.number(self.count, vertices.len() as f64)?;
+            body.integer(self.count, vertices.len() as u32)?;
             for &vertex in vertices {
-                body.number(Scalar::U32, f64::from(vertex))?;
+                body.integer(self.index, vertex)?;
             }
             if let Some((scalar, set)) = self.corner_uvs {
-                let values: Option<Vec<DVec2>> = soup
-                    .polygons
-                    .corner_range(polygon)
-                    .map(|corner| set.get(corner))
-                    .collect();
-                let values = values.unwrap_or_default();
-                body.number(self.count, 2.0 * values.len() as f64)?;
-                for value in values {
-                    body.numbers(scalar, &value.to_array())?;
+                let corners = soup.polygons.corner_range(polygon);
+                let valued = corners.clone().all(|corner| set.get(corner).is_some());
+                let count = if valued { 2 * vertices.len() } else { 0 };
+                body.integer(self.count, count as u32)?;
+                for uv in corners.take(count).filter_map(|corner| set.get(corner)) {
+                    body.floats(scalar, &uv.to_array())?;
                 }
             }
             body.row_end()?;
@@ -215,27 +224,33 @@ struct Body<'a, 'b> {
 }
 
 impl Body<'_, '_> {
-    fn number(&mut self, scalar: Scalar, value: f64) -> io::Result<()> {
-        if self.ascii {
-            match scalar {
-                Scalar::F32 => self.sink.singles(&[value as f32]),
-                _ => self.sink.floats(&[value]),
-            }
-            return Ok(());
+    /// A number of a floating-point type.
+    fn float(&mut self, scalar: Scalar, value: f64) -> io::Result<()> {
+        let single = scalar == Scalar::F32;
+        match (self.ascii, single) {
+            (true, true) => self.sink.singles(&[value as f32]),
+            (true, false) => self.sink.floats(&[value]),
+            (false, true) => self.sink.bytes(&(value as f32).to_le_bytes())?,
+            (false, false) => self.sink.bytes(&value.to_le_bytes())?,
         }
-        match scalar {
-            Scalar::U8 => self.sink.bytes(&[value as u8]),
-            Scalar::F32 => self.sink.bytes(&(value as f32).to_le_bytes()),
-            Scalar::F64 => self.sink.bytes(&value.to_le_bytes()),
-            // Signed and unsigned are the same bytes below 2^31.
-            _ => self.sink.bytes(&(value as u32).to_le_bytes()),
-        }
+        Ok(())
     }
 
-    fn numbers(&mut self, scalar: Scalar, values: &[f64]) -> io::Result<()> {
+    fn floats(&mut self, scalar: Scalar, values: &[f64]) -> io::Result<()> {
         values
             .iter()
-            .try_for_each(|&value| self.number(scalar, value))
+            .try_for_each(|&value| self.float(scalar, value))
+    }
+
+    /// A number of a type of one or four bytes; below 2^31 signed ones have the same bytes.
+    fn integer(&mut self, scalar: Scalar, value: u32) -> io::Result<()> {
+        if self.ascii {
+            self.sink.bytes(b" ")?;
+            self.sink.integer(value);
+            return Ok(());
+        }
+        let bytes = value.to_le_bytes();
+        self.sink.bytes(&bytes[..scalar.size() as usize])
     }
 
     fn row_end(&mut self) -> io::Result<()> {

@@ -106,12 +106,12 @@ fn facet_count(claimed: u64, bytes: u64, draft: &mut Draft) -> Result<u64, ReadE
         };
         return Err(ReadError::malformed(Format::Stl, Place::Header, problem));
     }
-    if claimed == room && bytes % STL_FACET == 0 {
+    if claimed == room && bytes.is_multiple_of(STL_FACET) {
         return Ok(claimed);
     }
     // Whole facets behind the last one counted: the count is wrong, as in files that were
     // written to a pipe. Anything else is not STL data.
-    let facets = if bytes % STL_FACET == 0 {
+    let facets = if bytes.is_multiple_of(STL_FACET) {
         room
     } else {
         claimed

@@ -74,11 +74,10 @@ impl Hint for WriteError {
             Self::UnknownFormat { .. } => {
                 "end the name on .obj, .ply, .off, .stl, .gltf or .glb, or name the format"
             }
-            Self::NonFinitePosition { .. } | Self::NonFiniteAttribute { .. } => {
-                "repair the mesh first"
-            }
+            Self::NonFinitePosition { .. }
+            | Self::NonFiniteAttribute { .. }
+            | Self::IndexOutOfRange { .. } => "repair the mesh first",
             Self::OutOfRange { .. } => "scale the mesh down, or write OBJ, PLY or OFF",
-            Self::IndexOutOfRange { .. } => "repair the mesh first",
             Self::UnsupportedByFormat { .. } => "repair the mesh first, or write PLY",
         };
         Some(text.into())
