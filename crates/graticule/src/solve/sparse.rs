@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use super::pattern::{Pattern, check_size, sort_triplets};
 use super::SolveError;
+use super::pattern::{Pattern, check_size, sort_triplets};
 
 /// A sparse matrix of finite numbers, stored by columns, rows ascending within each.
 ///
@@ -44,10 +44,7 @@ impl SparseMatrix {
         Self::summed([rows, columns], &sort_triplets([rows, columns], checked))
     }
 
-    fn summed(
-        [rows, columns]: [usize; 2],
-        sorted: &[(u32, u32, f64)],
-    ) -> Result<Self, SolveError> {
+    fn summed([rows, columns]: [usize; 2], sorted: &[(u32, u32, f64)]) -> Result<Self, SolveError> {
         let mut starts = vec![0_u32; columns + 1];
         let mut row_indices = Vec::with_capacity(sorted.len());
         let mut values = Vec::with_capacity(sorted.len());
@@ -115,8 +112,7 @@ impl SparseMatrix {
     pub fn column(&self, column: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
         let values = &self.values[self.pattern.range(column)];
         let rows = self.pattern.column(column).iter();
-        rows.zip(values)
-            .map(|(&row, &value)| (row as usize, value))
+        rows.zip(values).map(|(&row, &value)| (row as usize, value))
     }
 
     /// All entries as `(row, column, value)`, column by column.
@@ -290,7 +286,7 @@ impl SymmetricMatrix {
         let transposed = full.transpose();
         for (row, column, value) in full.triplets() {
             let mirrored = transposed.get(row, column);
-            if mirrored.to_bits() != value.to_bits() && mirrored != value {
+            if (mirrored - value).abs() > 0.0 {
                 return Err(SolveError::NotSymmetric {
                     row,
                     column,

@@ -41,10 +41,7 @@ impl Graph {
     /// # Panics
     /// If an edge names a vertex that is not there.
     #[must_use]
-    pub fn from_edges(
-        vertices: usize,
-        edges: impl Iterator<Item = [u32; 2]> + Clone,
-    ) -> Self {
+    pub fn from_edges(vertices: usize, edges: impl Iterator<Item = [u32; 2]> + Clone) -> Self {
         let edges = edges.filter(|[a, b]| a != b);
         let mut starts = vec![0_u32; vertices + 1];
         for [a, b] in edges.clone() {
@@ -121,7 +118,9 @@ impl Graph {
         let mut subgraph = Self::with_capacity(kept.len(), entries);
         for &old in kept {
             let numbers = self.neighbours(old).iter().map(|&n| new_of_old[n as usize]);
-            subgraph.neighbours.extend(numbers.filter(|&new| new != ABSENT));
+            subgraph
+                .neighbours
+                .extend(numbers.filter(|&new| new != ABSENT));
             subgraph.starts.push(subgraph.neighbours.len() as u32);
         }
         for &old in kept {
@@ -163,8 +162,7 @@ impl Graph {
             }
             sizes.push(size);
         }
-        let mut components: Vec<Vec<u32>> =
-            sizes.into_iter().map(Vec::with_capacity).collect();
+        let mut components: Vec<Vec<u32>> = sizes.into_iter().map(Vec::with_capacity).collect();
         for (vertex, &component) in component_of.iter().enumerate() {
             components[component as usize].push(vertex as u32);
         }
