@@ -89,7 +89,7 @@ pub const COLLAPSED_AREA: f64 = 1e-9;
 ///
 /// Collinear points computed in double precision come out some 1e-16 off the line; scans and CAD
 /// data in single precision hold true slivers down to about 1e-8.
-pub const COLLINEAR_HEIGHT: f64 = 1e-12;
+pub const NO_AREA_HEIGHT: f64 = 1e-12;
 
 /// Height of a triangle, over its longest side, below which it is noted as a sliver.
 pub const SLIVER_HEIGHT: f64 = 1e-3;

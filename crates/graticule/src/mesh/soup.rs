@@ -2,13 +2,16 @@ use std::ops::Range;
 
 use glam::{DVec2, DVec3};
 
+use super::Surface;
+
 /// Marks a corner without a value in [`CornerAttribute::corner_values`].
 pub const NO_VALUE: u32 = u32::MAX;
 
 /// What a mesh file holds: positions, polygons that index them, and attributes; nothing checked.
 ///
 /// Indices may be out of range, polygons may have fewer than three corners, positions may not be
-/// finite. `Defects` names what is wrong and `repair` makes a [`Surface`](super::Surface) of it.
+/// finite. [`Defects`](super::Defects) names what is wrong and [`repair`](super::repair) makes a
+/// [`Surface`] of it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PolygonSoup {
     /// Vertex positions.
@@ -19,6 +22,22 @@ pub struct PolygonSoup {
     pub polylines: Vec<Vec<u32>>,
     /// Texture coordinates, normals, colours, names.
     pub attributes: Attributes,
+}
+
+impl From<&Surface> for PolygonSoup {
+    /// The triangles of a surface, numbered as they are, without attributes.
+    fn from(surface: &Surface) -> Self {
+        let mesh = surface.mesh();
+        let mut polygons = Polygons::with_capacity(mesh.face_count(), mesh.halfedge_count());
+        for face in mesh.faces() {
+            polygons.push(&mesh.triangle(face).map(|vertex| vertex.0));
+        }
+        Self {
+            positions: surface.positions().as_slice().to_vec(),
+            polygons,
+            ..Self::default()
+        }
+    }
 }
 
 /// Polygons in one array: polygon `p` owns the corners `starts[p]..starts[p + 1]`.

@@ -1,6 +1,6 @@
 //! Polygons cut into triangles.
 //!
-//! Ears are clipped best first [MeisterS 1975], with exact predicates in the coordinate plane that
+//! Ears are clipped best first [Meisters 1975], with exact predicates in the coordinate plane that
 //! the polygon faces most, so that collinear corners are seen as such; a tree over the reflex
 //! corners keeps the cost near n log n. Then diagonals are exchanged while that raises the worse
 //! of the two triangles beside them, as in Lawson's algorithm.
@@ -159,14 +159,14 @@ fn facing(positions: &[DVec3]) -> Option<DVec3> {
     if !area.is_finite() || !scale.is_finite() {
         return None;
     }
-    if area.length() > tolerance::COLLINEAR_HEIGHT * scale {
+    if area.length() > tolerance::NO_AREA_HEIGHT * scale {
         return Some(area);
     }
     let widest = positions
         .iter()
         .map(|&position| extent.cross(position - origin))
         .max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()))?;
-    (widest.length() > tolerance::COLLINEAR_HEIGHT * scale).then_some(widest)
+    (widest.length() > tolerance::NO_AREA_HEIGHT * scale).then_some(widest)
 }
 
 #[cfg(test)]

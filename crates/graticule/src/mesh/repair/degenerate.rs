@@ -42,7 +42,7 @@ pub(super) fn remove_degenerate(
             break;
         }
         budget -= 1;
-        if budget % 1024 == 0 {
+        if budget.is_multiple_of(1024) {
             watch.check()?;
         }
         if !surgery.alive[triangle as usize] || !is_flat(surgery.draft, triangle) {
@@ -70,7 +70,7 @@ fn flat_triangles(draft: &Draft) -> Vec<u32> {
 fn is_flat(draft: &Draft, triangle: u32) -> bool {
     let corners = draft.triangles[triangle as usize].iter();
     let shape = face_shape(corners.map(|&vertex| draft.positions[vertex as usize]));
-    shape.height <= tolerance::COLLINEAR_HEIGHT
+    shape.height <= tolerance::NO_AREA_HEIGHT
 }
 
 /// Components all of whose triangles are without area hold no surface.
@@ -86,11 +86,11 @@ fn drop_flat_components(draft: &mut Draft, changes: &mut RepairChanges) {
     let twins = EdgeUses::of(&draft.faces(), draft.positions.len()).twins();
     let patches = Patches::of(&draft.faces(), &twins);
     let mut has_area = vec![false; patches.count];
-    for (&patch, flat) in patches.face_patches.iter().zip(is_flat) {
+    for (&patch, flat) in patches.patch_of_face.iter().zip(is_flat) {
         has_area[patch as usize] |= !flat;
     }
     let keep: Vec<_> = patches
-        .face_patches
+        .patch_of_face
         .iter()
         .map(|&patch| has_area[patch as usize])
         .collect();
@@ -150,7 +150,7 @@ impl<'a> Surgery<'a> {
             })
         };
         let [longest, shortest] = [pick(|a, b| a > b), pick(|a, b| a < b)];
-        if lengths[shortest] <= tolerance::COLLINEAR_HEIGHT * lengths[longest] {
+        if lengths[shortest] <= tolerance::NO_AREA_HEIGHT * lengths[longest] {
             return self.collapse(sides[shortest]);
         }
         let side = sides[longest];
@@ -305,7 +305,6 @@ impl<'a> Surgery<'a> {
             .positions
             .push(self.draft.positions[vertex as usize]);
         self.draft.vertex_sources.push(source);
-        self.changes.vertices_split.push(source);
         self.vertex_sides.push(side);
         for corner in self.outgoing(copy) {
             self.draft.triangles[corner as usize / 3][corner as usize % 3] = copy;
