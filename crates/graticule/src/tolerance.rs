@@ -6,7 +6,6 @@
 /// four digits of margin tell a broken solution from an ordinary one.
 pub const LINEAR_RESIDUAL: f64 = 1e-9;
 
-
 /// Height of a triangle, over its longest side, below which it is noted as a sliver.
 pub const SLIVER_HEIGHT: f64 = 1e-3;
 
