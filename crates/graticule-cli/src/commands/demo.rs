@@ -107,16 +107,7 @@ fn input_to_report(surface: &Surface) -> Value {
 
 /// The surface with its texture coordinates, as OBJ.
 fn mesh_file(surface: &Surface, uv: PerVertex<DVec2>) -> Result<Vec<u8>, Failure> {
-    let mesh = surface.mesh();
-    let triangles: Vec<[u32; 3]> = mesh
-        .faces()
-        .map(|face| mesh.triangle(face).map(|vertex| vertex.0))
-        .collect();
-    let mut soup = PolygonSoup {
-        positions: surface.positions().as_slice().to_vec(),
-        polygons: triangles.iter().map(|triangle| &triangle[..]).collect(),
-        ..PolygonSoup::default()
-    };
+    let mut soup = PolygonSoup::from(surface);
     soup.attributes.uv_sets.push(CornerAttribute {
         name: String::new(),
         values: uv.into_vec(),
