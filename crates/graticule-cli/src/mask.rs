@@ -188,14 +188,14 @@ impl Hill {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use graticule::mesh::Topology;
 
     #[test]
     fn the_mask_is_one_patch_with_three_holes_and_faces_its_viewer() {
         let surface = mask(40).unwrap();
         let mesh = surface.mesh();
-        let characteristic =
-            mesh.vertex_count() as i64 - mesh.edge_count() as i64 + mesh.face_count() as i64;
-        assert_eq!(characteristic, 1 - 3);
+        assert_eq!(Topology::of(mesh).total.euler_characteristic, 1 - 3);
+        assert_eq!(Topology::of(mesh).components.len(), 1);
         for face in mesh.faces() {
             let [a, b, c] = surface.corner_positions(face);
             assert!((b - a).cross(c - a).z > 0.0, "{face} is seen from behind");

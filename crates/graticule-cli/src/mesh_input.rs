@@ -41,10 +41,10 @@ impl Input {
     /// The surface that the file describes, repaired.
     pub(crate) fn repaired(
         &self,
-        options: &RepairOptions,
+        options: RepairOptions,
         session: &Session,
     ) -> Result<Repaired, Failure> {
-        repair(&self.soup, options, &session.watch)
+        repair(&self.soup, &options, &session.watch)
             .map_err(|error| Failure::from(error).at(self.path.display()))
     }
 

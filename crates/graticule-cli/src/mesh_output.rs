@@ -78,16 +78,15 @@ impl MeshOutput {
     /// Writes the mesh, and warns of what the format cannot hold.
     pub(crate) fn write(&self, soup: &PolygonSoup, session: &Session) -> Result<(), Failure> {
         let mut losses = Vec::new();
-        match &self.path {
-            Some(path) => write_whole(path, |mut out| {
+        if let Some(path) = &self.path {
+            write_whole(path, |mut out| {
                 losses = write_to(&mut out, soup, self.format).map_err(io::Error::other)?;
                 Ok(())
-            })?,
-            None => {
-                let mut bytes = Vec::new();
-                losses = write_to(&mut bytes, soup, self.format)?;
-                session.console.data(&bytes)?;
-            }
+            })?;
+        } else {
+            let mut bytes = Vec::new();
+            losses = write_to(&mut bytes, soup, self.format)?;
+            session.console.data(&bytes)?;
         }
         for loss in losses {
             session.watch.warn(loss.code, loss.message);

@@ -83,11 +83,11 @@ impl Plan {
     }
 
     /// Writes mesh, picture and report, then standard output.
-    pub(crate) fn finish(self, session: &Session, mut outcome: Outcome) -> Result<(), Failure> {
+    pub(crate) fn finish(self, session: &Session, outcome: Outcome) -> Result<(), Failure> {
         session.begin_writing()?;
         let watch = &session.watch;
         self.write_files(session, &outcome)?;
-        let json = outcome.report.to_json(watch)?;
+        let json = outcome.report.into_json(watch)?;
         for path in &self.reports {
             write_whole(path, |out| out.write_all(json.as_bytes()))?;
         }

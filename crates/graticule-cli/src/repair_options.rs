@@ -48,8 +48,8 @@ enum NonOrientableArgument {
     Cut,
 }
 
-impl From<&RepairArguments> for RepairOptions {
-    fn from(arguments: &RepairArguments) -> Self {
+impl From<RepairArguments> for RepairOptions {
+    fn from(arguments: RepairArguments) -> Self {
         Self {
             weld: match arguments.weld {
                 WeldArgument::Auto => Weld::Auto,

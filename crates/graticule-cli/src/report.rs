@@ -39,11 +39,11 @@ impl Report {
     }
 
     /// The report as JSON, with the warnings and times that `watch` has kept until now.
-    pub(crate) fn to_json(&mut self, watch: &Watch) -> Result<String, Failure> {
+    pub(crate) fn into_json(mut self, watch: &Watch) -> Result<String, Failure> {
         self.warnings = watch.warnings();
         self.times = watch.stage_times();
         self.peak_memory_bytes = peak_memory_bytes();
-        let mut text = serde_json::to_string_pretty(self).map_err(not_json)?;
+        let mut text = serde_json::to_string_pretty(&self).map_err(|error| not_json(&error))?;
         text.push('\n');
         Ok(text)
     }
@@ -51,10 +51,10 @@ impl Report {
 
 /// Any figures as a JSON value.
 pub(crate) fn to_value(figures: &impl Serialize) -> Result<Value, Failure> {
-    serde_json::to_value(figures).map_err(not_json)
+    serde_json::to_value(figures).map_err(|error| not_json(&error))
 }
 
-fn not_json(error: serde_json::Error) -> Failure {
+fn not_json(error: &serde_json::Error) -> Failure {
     Failure::new(
         format!("the report could not be put into JSON: {error}"),
         "this is a fault of graticule: please report it with the command and the file",

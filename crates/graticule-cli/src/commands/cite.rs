@@ -82,11 +82,12 @@ fn plain(paper: &Paper) -> String {
         published,
         doi,
     } = paper;
-    let mut text = format!("[{key}] {authors}: {title}. {published}.\n");
-    if !doi.is_empty() {
-        text.push_str(&format!("        https://doi.org/{doi}\n"));
-    }
-    text
+    let address = if doi.is_empty() {
+        String::new()
+    } else {
+        format!("        https://doi.org/{doi}\n")
+    };
+    format!("[{key}] {authors}: {title}. {published}.\n{address}")
 }
 
 fn bibtex(paper: &Paper) -> String {
@@ -99,10 +100,11 @@ fn bibtex(paper: &Paper) -> String {
     if !paper.doi.is_empty() {
         fields.push(("doi", paper.doi.to_owned()));
     }
-    let lines = fields
+    let lines: Vec<String> = fields
         .iter()
-        .map(|(name, value)| format!("  {name} = {{{value}}},\n"));
-    format!("@misc{{{},\n{}}}\n", paper.key, lines.collect::<String>())
+        .map(|(name, value)| format!("  {name} = {{{value}}},"))
+        .collect();
+    format!("@misc{{{},\n{}\n}}\n", paper.key, lines.join("\n"))
 }
 
 /// The first number of four digits.

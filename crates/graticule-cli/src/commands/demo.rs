@@ -66,11 +66,15 @@ pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {
         (folder.join(MESH), mesh_file(patch.surface(), uv)?),
         (folder.join(PICTURE), PictureFormat::Png.encode(&picture)),
     ];
-    for name in [MESH, PICTURE, REPORT] {
-        outcome
-            .text
-            .push_str(&format!("{}\n", folder.join(name).display()));
-    }
+    outcome.text = [MESH, PICTURE, REPORT]
+        .map(|name| {
+            format!(
+                "{}
+",
+                folder.join(name).display()
+            )
+        })
+        .concat();
     plan.finish(session, outcome)
 }
 

@@ -41,7 +41,7 @@ pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {
     };
     let mut outcome = Outcome::of(Report::new("info", session.options_to_report(options)?));
     outcome.report.input = input.to_report();
-    let repaired = input.repaired(&(&options.repair).into(), session);
+    let repaired = input.repaired(options.repair.into(), session);
     session.check()?;
     let surface = repaired.as_ref().ok().map(Described::of);
     outcome.text = text(&input, &defects, surface.as_ref(), repaired.as_ref().err());

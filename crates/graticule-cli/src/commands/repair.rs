@@ -41,7 +41,7 @@ pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {
     let input = Input::read(&options.mesh, session)?;
     let mut outcome = Outcome::of(Report::new("repair", session.options_to_report(options)?));
     outcome.report.input = input.to_report();
-    let repaired = input.repaired(&(&options.repair).into(), session)?;
+    let repaired = input.repaired(options.repair.into(), session)?;
     outcome.report.repair = repair_to_report(&repaired.changes)?;
     let topology = Topology::of(repaired.surface.mesh());
     outcome.report.result = json!({
@@ -60,10 +60,7 @@ pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {
 
 fn remarks(sentences: &[String]) -> String {
     if sentences.is_empty() {
-        return "nothing had to be changed\n".into();
+        return "nothing had to be changed".into();
     }
-    sentences
-        .iter()
-        .map(|sentence| format!("{sentence}\n"))
-        .collect()
+    sentences.join("\n")
 }

@@ -198,7 +198,7 @@ impl Options {
     }
 
     pub(super) fn repair_options(&self) -> RepairOptions {
-        (&self.repair).into()
+        self.repair.into()
     }
 
     /// Where the user gives places, they are kept unless told otherwise.
