@@ -5,9 +5,7 @@
 use faer::c64;
 use glam::DVec2;
 
-use crate::geometry::{
-    DirectedWeights, EdgeWeights, cotangent_weights, mean_value_weights, uniform_weights,
-};
+use crate::geometry::{DirectedWeights, EdgeWeights, mean_value_weights, uniform_weights};
 use crate::mesh::{BoundaryLoopId, Element, VertexId};
 use crate::solve::{
     DirichletLu, DirichletSystem, Placement, Solution, SolveError, SparseMatrix, SymmetricMatrix,
@@ -216,8 +214,8 @@ impl Equations {
             Weights::Cotangent | Weights::MeanValue => domain.mollify(watch),
         }
         Ok(match weights {
-            Weights::MeanValue => Self::Directed(mean_value_weights(&domain.triangulation)?),
-            _ => Self::Symmetric(cotangent_weights(&domain.triangulation)?),
+            Weights::MeanValue => Self::Directed(mean_value_weights(&domain.triangulation())?),
+            _ => Self::Symmetric(domain.cotangent_weights()?),
         })
     }
 
