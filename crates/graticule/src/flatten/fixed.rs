@@ -26,8 +26,10 @@ pub enum Weights {
     #[default]
     Cotangent,
     /// The discrete conformal map on the intrinsic Delaunay triangulation of the same surface. No
-    /// weight inside is negative: on a convex curve none of *its* triangles flips. Triangles of the
-    /// patch that it does not share may.
+    /// weight inside is negative: on a circle none of *its* triangles flips, except that what lies
+    /// between two of its edges with the same ends (the tip of a thin spike) collapses onto them.
+    /// Triangles of the patch that it does not share may flip, and on the straight side of a
+    /// rectangle some of its own may collapse.
     DelaunayCotangent,
     /// Mean value weights (M. Floater, *Mean value coordinates*, 2003): all positive, and a flat
     /// patch is its own map.
