@@ -2,9 +2,9 @@
 
 use faer::c64;
 
-use crate::geometry::{EdgeWeights, cotangent_weights};
+use crate::geometry::EdgeWeights;
 use crate::mesh::{Element, HalfedgeId, VertexId};
-use crate::solve::{Graph, HermitianCholesky, HermitianMatrix, Ordering, SymmetricMatrix};
+use crate::solve::{HermitianCholesky, HermitianMatrix, Placement};
 use crate::tolerance::{DETERMINED, REFINED};
 use crate::watch::Watch;
 
@@ -31,19 +31,19 @@ impl ConformalForm {
         let is_boundary = |&halfedge: &HalfedgeId| mesh.twin(halfedge).is_none();
         let boundary = mesh.halfedges().filter(is_boundary);
         Ok(Self {
-            weights: cotangent_weights(&domain.triangulation)?,
+            weights: domain.cotangent_weights()?,
             boundary: boundary.map(|halfedge| mesh.ends(halfedge)).collect(),
         })
     }
 
     fn matrix(&self) -> Result<HermitianMatrix, FlattenError> {
-        let order = self.weights.vertex_count();
         let pairs = self.weights.ends.iter().zip(&self.weights.weights);
         let edges = pairs.map(|(ends, &weight)| (ends.map(Element::index), weight));
-        let laplacian = SymmetricMatrix::laplacian(order, edges)?;
+        let edges: Vec<_> = edges.collect();
         let couplings = self.boundary.iter();
         let couplings = couplings.map(|[a, b]| (a.index(), b.index(), 0.5));
-        Ok(HermitianMatrix::new(&laplacian, couplings)?)
+        let order = self.weights.vertex_count();
+        Ok(HermitianMatrix::laplacian(order, &edges, couplings)?)
     }
 
     /// `H z`, from differences of positions: a rounding error is relative to the length of the
@@ -110,8 +110,8 @@ impl PinnedForm {
         drop(stage);
         watch.check()?;
         let stage = watch.stage("order");
-        let graph = Graph::of_pattern(matrix.pattern());
-        let ordering = Ordering::for_mesh(&graph, &domain.coordinates);
+        let placement = Placement::at(&domain.coordinates);
+        let ordering = placement.ordering(matrix.pattern())?;
         drop(stage);
         watch.check()?;
         let _stage = watch.stage("factor");
@@ -154,6 +154,15 @@ impl PinnedForm {
             positions,
             residual: if scale > 0.0 { residual } else { 0.0 },
         })
+    }
+
+    /// Solves `H z = right_side` with the pins at 0, without refinement.
+    pub(super) fn solve_once(&self, right_side: &[c64]) -> Result<Vec<c64>, FlattenError> {
+        let mut right_side = right_side.to_vec();
+        for pin in self.pins {
+            right_side[pin] = c64::ZERO;
+        }
+        Ok(self.factor.solve(&right_side)?)
     }
 
     /// Adds corrections until they no longer matter or no longer shrink.

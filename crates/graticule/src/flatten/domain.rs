@@ -6,7 +6,10 @@ use std::sync::Arc;
 use faer::c64;
 use glam::DVec3;
 
-use crate::geometry::{GeometryError, IntrinsicTriangulation, TriangleShape};
+use crate::geometry::{
+    EdgeWeights, GeometryError, IntrinsicTriangulation, TriangleShape, cotangent_weights,
+    mesh_cotangent_weights,
+};
 use crate::mesh::{BoundaryLoopId, Element, PerFace, TriangleMesh, VertexId};
 use crate::watch::Watch;
 
@@ -14,25 +17,30 @@ use super::conformal::Triangulation;
 use super::energy::point;
 use super::{FlattenError, FlipCount, MapEnergy, Patch};
 
-#[derive(Debug)]
 /// Connectivity and shapes in unit lengths. The first vertices are the patch's.
+#[derive(Debug)]
 pub(super) struct Domain {
     /// Before any edge is flipped; its first triangles are the patch's.
     pub(super) mesh: Arc<TriangleMesh>,
-    pub(super) triangulation: IntrinsicTriangulation,
-    is_delaunay: bool,
+    triangles: Triangles,
     /// A place in space for each vertex, for orderings only.
     pub(super) coordinates: Vec<DVec3>,
+}
+
+#[derive(Debug)]
+enum Triangles {
+    /// Those of the mesh, with these shapes.
+    OfMesh(PerFace<TriangleShape>),
+    /// Those that edge flips have made.
+    Flipped(Box<IntrinsicTriangulation>),
 }
 
 impl Domain {
     /// The patch as it is.
     pub(super) fn of(patch: &Patch) -> Self {
-        let mesh = patch.surface().shared_mesh();
         Self {
-            triangulation: IntrinsicTriangulation::from_shapes(&mesh, patch.shapes().clone()),
-            is_delaunay: false,
-            mesh,
+            mesh: patch.surface().shared_mesh(),
+            triangles: Triangles::OfMesh(patch.shapes().clone()),
             coordinates: patch.unit_surface().positions().as_slice().to_vec(),
         }
     }
@@ -61,8 +69,7 @@ impl Domain {
         }
         let mesh = Arc::new(TriangleMesh::new(coordinates.len(), &triangles)?);
         Ok(Self {
-            triangulation: IntrinsicTriangulation::from_shapes(&mesh, PerFace::new(shapes)),
-            is_delaunay: false,
+            triangles: Triangles::OfMesh(PerFace::new(shapes)),
             mesh,
             coordinates,
         })
@@ -82,41 +89,74 @@ impl Domain {
         Ok(domain)
     }
 
+    /// The cotangent weights of the domain's triangles.
+    pub(super) fn cotangent_weights(&self) -> Result<EdgeWeights, GeometryError> {
+        match &self.triangles {
+            Triangles::OfMesh(shapes) => mesh_cotangent_weights(&self.mesh, shapes),
+            Triangles::Flipped(triangulation) => cotangent_weights(triangulation),
+        }
+    }
+
+    /// The domain's triangles as a triangulation of its own.
+    pub(super) fn triangulation(&self) -> IntrinsicTriangulation {
+        match &self.triangles {
+            Triangles::OfMesh(shapes) => {
+                IntrinsicTriangulation::from_shapes(&self.mesh, shapes.clone())
+            }
+            Triangles::Flipped(triangulation) => (**triangulation).clone(),
+        }
+    }
+
     /// Flips of the map among the domain's triangles, if they are not the patch's.
     pub(super) fn intrinsic_flips(&self, positions: &[c64]) -> Option<FlipCount> {
-        self.is_delaunay.then(|| {
-            let faces = self.triangulation.faces();
-            let place = |vertex: VertexId| point(positions[vertex.index()]);
-            FlipCount::of_triangles(faces.map(|face| self.triangulation.triangle(face).map(place)))
-        })
+        let Triangles::Flipped(triangulation) = &self.triangles else {
+            return None;
+        };
+        let place = |vertex: VertexId| point(positions[vertex.index()]);
+        let corners = |face| triangulation.triangle(face).map(place);
+        Some(FlipCount::of_triangles(triangulation.faces().map(corners)))
     }
 
     /// Energies of the map on the domain's triangles.
     pub(super) fn energy(&self, positions: &[c64]) -> MapEnergy {
         let place = |vertex: VertexId| positions[vertex.index()];
-        let corners = |face| self.triangulation.triangle(face).map(place);
-        let shapes = self.triangulation.shapes().enumerate();
+        let corners = |face| match &self.triangles {
+            Triangles::OfMesh(_) => self.mesh.triangle(face).map(place),
+            Triangles::Flipped(triangulation) => triangulation.triangle(face).map(place),
+        };
+        let shapes = self.shapes().enumerate();
         MapEnergy::of_triangles(shapes.map(|(face, shape)| (shape, corners(face))))
+    }
+
+    fn shapes(&self) -> &PerFace<TriangleShape> {
+        match &self.triangles {
+            Triangles::OfMesh(shapes) => shapes,
+            Triangles::Flipped(triangulation) => triangulation.shapes(),
+        }
     }
 
     /// Lengthens all edges a little if a triangle is degenerate, so that every triangle has an
     /// area; a warning says so.
     pub(super) fn mollify(&mut self, watch: &Watch) {
-        let change = self.triangulation.mollify();
-        if change.components > 0 {
-            let message = format!(
-                "{} triangles are degenerate: every edge is taken to be {:e} of the patch's extent \
-                 longer than it is",
-                change.faces, change.largest_shift
-            );
-            watch.warn("mollified", message);
+        if !self.shapes().iter().any(TriangleShape::is_degenerate) {
+            return;
         }
+        let mut triangulation = self.triangulation();
+        let change = triangulation.mollify();
+        self.triangles = Triangles::OfMesh(triangulation.shapes().clone());
+        let message = format!(
+            "{} triangles are degenerate: every edge is taken to be {:e} of the patch's extent \
+             longer than it is",
+            change.faces, change.largest_shift
+        );
+        watch.warn("mollified", message);
     }
 
     /// Flips edges until no inner one has a negative cotangent weight; the vertices stay.
     pub(super) fn make_delaunay(&mut self, watch: &Watch) -> Result<(), GeometryError> {
-        self.triangulation.make_delaunay(watch)?;
-        self.is_delaunay = true;
+        let mut triangulation = self.triangulation();
+        triangulation.make_delaunay(watch)?;
+        self.triangles = Triangles::Flipped(Box::new(triangulation));
         Ok(())
     }
 }
@@ -161,7 +201,7 @@ mod tests {
         let (patch, domain) = closed_ring();
         assert_eq!(domain.mesh.boundary_loop_count(), 1);
         assert_eq!(domain.mesh.vertex_count(), patch.mesh().vertex_count() + 1);
-        let shapes = domain.triangulation.shapes().as_slice();
+        let shapes = domain.shapes().as_slice();
         let cone = &shapes[patch.mesh().face_count()..];
         let tip_angles: f64 = cone.iter().map(|shape| shape.angle(2)).sum();
         assert!((tip_angles - TAU).abs() < 0.03);
@@ -173,7 +213,7 @@ mod tests {
         let (_, domain) = closed_ring();
         for edge in domain.mesh.edges() {
             let side = domain.mesh.edge_halfedge(edge);
-            let length = |h: HalfedgeId| domain.triangulation.shape(h.face()).length(h.side());
+            let length = |h: HalfedgeId| domain.shapes()[h.face()].length(h.side());
             if let Some(twin) = domain.mesh.twin(side) {
                 assert!((length(side) - length(twin)).abs() < 1e-15);
             }

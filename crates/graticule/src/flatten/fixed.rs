@@ -5,9 +5,7 @@
 use faer::c64;
 use glam::DVec2;
 
-use crate::geometry::{
-    DirectedWeights, EdgeWeights, cotangent_weights, mean_value_weights, uniform_weights,
-};
+use crate::geometry::{DirectedWeights, EdgeWeights, mean_value_weights, uniform_weights};
 use crate::mesh::{BoundaryLoopId, Element, VertexId};
 use crate::solve::{
     DirichletLu, DirichletSystem, Placement, Solution, SolveError, SparseMatrix, SymmetricMatrix,
@@ -28,8 +26,10 @@ pub enum Weights {
     #[default]
     Cotangent,
     /// The discrete conformal map on the intrinsic Delaunay triangulation of the same surface. No
-    /// weight inside is negative: on a convex curve none of *its* triangles flips. Triangles of the
-    /// patch that it does not share may.
+    /// weight inside is negative: on a circle none of *its* triangles flips, except that what lies
+    /// between two of its edges with the same ends (the tip of a thin spike) collapses onto them.
+    /// Triangles of the patch that it does not share may flip, and on the straight side of a
+    /// rectangle some of its own may collapse.
     DelaunayCotangent,
     /// Mean value weights (M. Floater, *Mean value coordinates*, 2003): all positive, and a flat
     /// patch is its own map.
@@ -216,8 +216,8 @@ impl Equations {
             Weights::Cotangent | Weights::MeanValue => domain.mollify(watch),
         }
         Ok(match weights {
-            Weights::MeanValue => Self::Directed(mean_value_weights(&domain.triangulation)?),
-            _ => Self::Symmetric(cotangent_weights(&domain.triangulation)?),
+            Weights::MeanValue => Self::Directed(mean_value_weights(&domain.triangulation())?),
+            _ => Self::Symmetric(domain.cotangent_weights()?),
         })
     }
 

@@ -84,8 +84,9 @@ pub struct FlatMap {
     /// Whether theory excludes flips for this method, these weights and this boundary. A flip in
     /// such a map comes from the limited precision of the coordinates.
     pub flip_free_in_theory: bool,
-    /// Flips among the triangles of the intrinsic Delaunay triangulation, where one was used: the
-    /// map is linear on those triangles too, and theory speaks of them.
+    /// Flips among the triangles of the intrinsic Delaunay triangulation, where one was used: it is
+    /// of them that theory speaks. The ends of thin spikes, where two edges have the same ends,
+    /// collapse in theory; rounding decides how they are counted.
     pub intrinsic_flips: Option<FlipCount>,
     /// Energies of the map over the area of the patch: `energy.area` is 1 for a map of its area.
     pub energy: MapEnergy,

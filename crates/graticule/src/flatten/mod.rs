@@ -7,7 +7,7 @@
 //! |---|---|---|
 //! | [`fixed_map`], [`Weights::Uniform`], [`Weights::MeanValue`] | on a convex curve | yes, with holes closed |
 //! | [`fixed_map`], [`Weights::Cotangent`] | on a convex curve | if no weight is negative |
-//! | [`fixed_map`], [`Weights::DelaunayCotangent`] | on a convex curve | yes, among the intrinsic triangles |
+//! | [`fixed_map`], [`Weights::DelaunayCotangent`] | on a circle | among the intrinsic triangles |
 //! | [`natural_map`], [`spectral_map`] | free | not promised |
 //!
 //! Every map tells its flips, counted exactly, whatever theory says.

@@ -129,25 +129,30 @@ impl<'a> InverseForm<'a> {
         values
     }
 
-    /// The solution on the whole patch for masses times these boundary values.
-    fn extended(&self, boundary_values: &[c64]) -> Result<Vec<c64>, FlattenError> {
+    /// What stands on the right for these boundary values: masses times values.
+    fn right_side(&self, boundary_values: &[c64]) -> Vec<c64> {
         let mut right_side = vec![c64::ZERO; self.natural.len()];
         for (value, &(vertex, mass)) in boundary_values.iter().zip(&self.boundary) {
             right_side[vertex] = value * mass;
         }
-        let pinned = self.system.solve(&right_side, [c64::ZERO; 2], self.watch)?;
-        let share = inner(&self.natural, &right_side) / self.energy;
-        let mut solution = pinned.positions;
-        for (value, natural) in solution.iter_mut().zip(&self.natural) {
+        right_side
+    }
+
+    /// The solution that vanishes in the first pin, from the one that vanishes in both.
+    fn completed(&self, mut pinned: Vec<c64>, right_side: &[c64]) -> Vec<c64> {
+        let share = inner(&self.natural, right_side) / self.energy;
+        for (value, natural) in pinned.iter_mut().zip(&self.natural) {
             *value += natural * share;
         }
-        Ok(solution)
+        pinned
     }
 
     /// The whole map that belongs to an eigenvector, of about unit size, and the relative residual
     /// of `H z = λ M z`.
     fn refined(&self, boundary_values: &[c64]) -> Result<(Vec<c64>, f64), FlattenError> {
-        let mut map = self.extended(boundary_values)?;
+        let right_side = self.right_side(boundary_values);
+        let pinned = self.system.solve(&right_side, [c64::ZERO; 2], self.watch)?;
+        let mut map = self.completed(pinned.positions, &right_side);
         let size = largest(&map);
         for value in &mut map {
             *value /= size;
@@ -166,7 +171,10 @@ impl Operator for InverseForm<'_> {
     type Error = FlattenError;
 
     fn apply(&self, values: &[c64]) -> Result<Vec<c64>, FlattenError> {
-        self.extended(values).map(|map| self.restricted(&map))
+        self.watch.check()?;
+        let right_side = self.right_side(values);
+        let pinned = self.system.solve_once(&right_side)?;
+        Ok(self.restricted(&self.completed(pinned, &right_side)))
     }
 
     fn inner(&self, a: &[c64], b: &[c64]) -> c64 {

@@ -19,10 +19,12 @@ impl Diamond {
         let twin = triangulation.twin(halfedge)?;
         let seen_from =
             |side: HalfedgeId| triangulation.shape(side.face()).starting_at(side.side());
-        Some(Self {
-            left: seen_from(halfedge),
-            right: seen_from(twin),
-        })
+        Some(Self::between(seen_from(halfedge), seen_from(twin)))
+    }
+
+    /// Two triangles whose common edge is side 0 of each.
+    pub(super) fn between(left: TriangleShape, right: TriangleShape) -> Self {
+        Self { left, right }
     }
 
     /// Whether the angles at `k` and `l` sum to more than π by more than rounding explains.

@@ -62,4 +62,5 @@ pub use triangle::{
     TriangleShape, corner_angles, corner_cotangents, face_areas, face_shapes, total_area,
 };
 pub use vertex::{angle_defects, mixed_voronoi_areas, vertex_areas};
+pub(crate) use weights::mesh_cotangent_weights;
 pub use weights::{EdgeWeights, cotangent_weights, uniform_weights};

@@ -1,4 +1,4 @@
-use crate::mesh::{EdgeId, Element, HalfedgeId, PerVertex, TriangleMesh, VertexId};
+use crate::mesh::{EdgeId, Element, HalfedgeId, PerFace, PerVertex, TriangleMesh, VertexId};
 
 use super::flip::Diamond;
 use super::rows::Rows;
@@ -76,19 +76,48 @@ pub fn cotangent_weights(
 ) -> Result<EdgeWeights, GeometryError> {
     let mut entries = Vec::with_capacity(triangulation.edge_count());
     for edge in triangulation.edges() {
-        let mut weight = cotangent_weight(triangulation, edge)?;
-        if weight < 0.0 {
-            let diamond = Diamond::around(triangulation, edge);
-            if diamond.is_some_and(|diamond| !diamond.is_negative()) {
-                weight = 0.0;
-            }
-        }
-        entries.push((
-            triangulation.ends(triangulation.edge_halfedge(edge)),
-            weight,
-        ));
+        let weight = rounded_weight(sides(triangulation, edge))?;
+        let ends = triangulation.ends(triangulation.edge_halfedge(edge));
+        entries.push((ends, weight));
     }
     Ok(collect(triangulation.vertex_count(), entries))
+}
+
+/// The [`cotangent_weights`] of triangles with the connectivity of a mesh, without the cost of a
+/// triangulation whose edges can be flipped.
+pub(crate) fn mesh_cotangent_weights(
+    mesh: &TriangleMesh,
+    shapes: &PerFace<TriangleShape>,
+) -> Result<EdgeWeights, GeometryError> {
+    let mut entries = Vec::with_capacity(mesh.edge_count());
+    for edge in mesh.edges() {
+        let halfedge = mesh.edge_halfedge(edge);
+        let sides = [Some(halfedge), mesh.twin(halfedge)];
+        let sides = sides.map(|side| side.map(|side| (side, &shapes[side.face()])));
+        entries.push((mesh.ends(halfedge), rounded_weight(sides)?));
+    }
+    Ok(collect(mesh.vertex_count(), entries))
+}
+
+/// The halfedges of an edge with their triangles.
+type Sides<'a> = [Option<(HalfedgeId, &'a TriangleShape)>; 2];
+
+fn sides(triangulation: &IntrinsicTriangulation, edge: EdgeId) -> Sides<'_> {
+    let halfedge = triangulation.edge_halfedge(edge);
+    let sides = [Some(halfedge), triangulation.twin(halfedge)];
+    sides.map(|side| side.map(|side| (side, triangulation.shape(side.face()))))
+}
+
+/// The weight of an edge, 0 if it is negative only by rounding.
+fn rounded_weight(sides: Sides<'_>) -> Result<f64, GeometryError> {
+    let weight = weight(sides)?;
+    if let ([Some(left), Some(right)], true) = (sides, weight < 0.0) {
+        let [left, right] = [left, right].map(|(side, shape)| shape.starting_at(side.side()));
+        if !Diamond::between(left, right).is_negative() {
+            return Ok(0.0);
+        }
+    }
+    Ok(weight)
 }
 
 /// The weight 1 for each edge (W. T. Tutte, *How to draw a graph*, 1963).
@@ -105,15 +134,19 @@ pub(super) fn cotangent_weight(
     triangulation: &IntrinsicTriangulation,
     edge: EdgeId,
 ) -> Result<f64, GeometryError> {
-    let opposite = |halfedge: HalfedgeId| {
-        let shape: &TriangleShape = triangulation.shape(halfedge.face());
+    weight(sides(triangulation, edge))
+}
+
+fn weight(sides: Sides<'_>) -> Result<f64, GeometryError> {
+    let opposite = |side: Option<(HalfedgeId, &TriangleShape)>| {
+        let Some((halfedge, shape)) = side else {
+            return Ok(0.0);
+        };
         let cotangent = shape.cotangent(halfedge.previous().side());
         cotangent.ok_or_else(|| shape.degenerate(halfedge.face()))
     };
-    let halfedge = triangulation.edge_halfedge(edge);
-    let left = opposite(halfedge)?;
-    let right = triangulation.twin(halfedge).map_or(Ok(0.0), opposite)?;
-    Ok(f64::midpoint(left, right))
+    let [left, right] = sides;
+    Ok(f64::midpoint(opposite(left)?, opposite(right)?))
 }
 
 fn collect(vertex_count: usize, entries: Vec<([VertexId; 2], f64)>) -> EdgeWeights {
