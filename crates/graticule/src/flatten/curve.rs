@@ -19,8 +19,8 @@ use super::{BoundaryError, BoundaryPositions, Patch};
 /// encloses the area of the patch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum BoundaryCurve {
-    /// A circle. One end of the patch's [default pins](super::Pins::Farthest) lies at its
-    /// leftmost point.
+    /// A circle. One of the two vertices of the outer loop that are farthest apart in space lies at
+    /// its leftmost point.
     Circle,
     /// A square.
     Square(Corners),

@@ -145,9 +145,10 @@ impl Domain {
         let change = triangulation.mollify();
         self.triangles = Triangles::OfMesh(triangulation.shapes().clone());
         let message = format!(
-            "{} triangles are degenerate: every edge is taken to be {:e} of the patch's extent \
-             longer than it is",
-            change.faces, change.largest_shift
+            "{} triangles are degenerate: all edges are taken to be longer, by {:e} of the mean \
+             edge length",
+            change.faces,
+            change.largest_shift / triangulation.mean_edge_length()
         );
         watch.warn("mollified", message);
     }

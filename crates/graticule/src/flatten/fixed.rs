@@ -13,6 +13,7 @@ use crate::solve::{
 use crate::watch::Watch;
 
 use super::domain::Domain;
+use super::energy::complex;
 use super::flat_map::MapDraft;
 use super::{BoundaryPositions, FlatMap, FlattenError, Method, Patch};
 
@@ -153,12 +154,21 @@ impl<'a> FixedSystem<'a> {
             });
         }
         let stage = watch.stage("solve");
+        // Places far from the origin would cost the differences between them their digits.
         let unit = self.patch.unit_length();
-        let us = places.iter().map(|place| place.x / unit);
-        let vs = places.iter().map(|place| place.y / unit);
+        let middle = places.iter().sum::<DVec2>() / places.len() as f64;
+        let us = places.iter().map(|place| (place.x - middle.x) / unit);
+        let vs = places.iter().map(|place| (place.y - middle.y) / unit);
         let solution = self.factor.solve(&us.chain(vs).collect::<Vec<f64>>())?;
         let (us, vs) = solution.values.split_at(self.domain.mesh.vertex_count());
-        let mut positions: Vec<_> = us.iter().zip(vs).map(|(&u, &v)| c64::new(u, v)).collect();
+        let moved = middle / unit;
+        let values = us.iter().zip(vs);
+        let mut positions: Vec<_> = values
+            .map(|(&u, &v)| c64::new(u + moved.x, v + moved.y))
+            .collect();
+        for (vertex, place) in vertices.iter().zip(&places) {
+            positions[vertex.index()] = complex(*place / unit);
+        }
         drop(stage);
         let intrinsic_flips = self.domain.intrinsic_flips(&positions);
         positions.truncate(self.patch.mesh().vertex_count());

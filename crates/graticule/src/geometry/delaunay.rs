@@ -63,7 +63,7 @@ impl IntrinsicTriangulation {
         run.flip_all(self, watch)?;
         let mollification = self.mollify();
         if mollification.components > 0 {
-            watch.warn("mollified", mollified_message(&mollification));
+            watch.warn("mollified", self.mollified_message(&mollification));
             run.flip_all(self, watch)?;
         }
         if !run.is_complete() {
@@ -81,6 +81,20 @@ impl IntrinsicTriangulation {
         })
     }
 
+    /// In mean edge lengths: callers may have normalised the surface.
+    fn mollified_message(&self, mollification: &Mollification) -> String {
+        let Mollification {
+            faces,
+            components,
+            largest_shift,
+        } = mollification;
+        let share = largest_shift / self.mean_edge_length();
+        format!(
+            "{faces} degenerate triangles: all edges of {components} component(s) are taken to be \
+             longer, by up to {share:e} of the mean edge length"
+        )
+    }
+
     /// Least cotangent weights inside and on the boundary.
     fn least_weights(&self) -> Result<[f64; 2], GeometryError> {
         let mut least = [f64::INFINITY; 2];
@@ -90,18 +104,6 @@ impl IntrinsicTriangulation {
         }
         Ok(least.map(|weight| if weight.is_finite() { weight } else { 0.0 }))
     }
-}
-
-fn mollified_message(mollification: &Mollification) -> String {
-    let Mollification {
-        faces,
-        components,
-        largest_shift,
-    } = mollification;
-    format!(
-        "{faces} degenerate triangles: up to {largest_shift:e} was added to all edge lengths of \
-         {components} component(s)"
-    )
 }
 
 struct FlipRun {
@@ -118,8 +120,8 @@ impl FlipRun {
             is_waiting: vec![false; edges],
             flips: 0,
             // Real models need less than one flip for each edge; a strip of `n` sheared cells needs
-            // some n² / 3. Beyond this, a minute or so, the run ends and says so.
-            limit: 10_000_000 + 1_000 * edges,
+            // some n² / 3. Beyond this, some seconds, the run ends and says so.
+            limit: 10_000_000 + 30 * edges,
         }
     }
 

@@ -49,7 +49,8 @@ impl DirectedWeights {
 }
 
 /// The mean value weights `wᵢⱼ = (tan γ/2 + tan δ/2) / |ij|`, γ and δ the angles at `i` on either
-/// side of the edge (M. Floater, *Mean value coordinates*, 2003). All are positive.
+/// side of the edge (M. Floater, *Mean value coordinates*, 2003). None is negative,
+/// and only a flat triangle with an angle of 0 gives a 0.
 ///
 /// Cost: linear.
 ///

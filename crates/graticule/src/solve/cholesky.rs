@@ -14,7 +14,7 @@ use crate::tolerance;
 
 /// `A = L Lᵀ` for a symmetric positive definite `A`.
 ///
-/// One thread: triangular solves get slower with more, and the result is the same everywhere.
+/// One thread: triangular solves get slower with more, and the result is the same however many there are.
 /// Nothing depends on the matrix's scale: `L` has the square root of its size.
 #[derive(Clone, Debug)]
 pub struct Cholesky {

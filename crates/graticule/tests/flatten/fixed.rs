@@ -461,6 +461,30 @@ fn one_system_serves_many_places_of_its_boundary() {
 }
 
 #[test]
+fn a_boundary_far_from_the_origin_keeps_its_digits() {
+    let patch = patch(&irregular_disk(7, 1));
+    // A power of two: the places themselves lose what is below 2^-22, and nothing more.
+    let far = DVec2::new(2.0_f64.powi(30), -2.0_f64.powi(30));
+    let round = |x: f64| (x * 2.0_f64.powi(20)).round() / 2.0_f64.powi(20);
+    let places = own_boundary(&patch).places().to_vec();
+    let places = places
+        .into_iter()
+        .map(|(v, p)| (v, DVec2::new(round(p.x), round(p.y))));
+    let near: Vec<_> = places.collect();
+    let moved: Vec<_> = near.iter().map(|&(v, p)| (v, p + far)).collect();
+    for weights in ALL_WEIGHTS {
+        let map = |places: Vec<_>| {
+            let boundary = BoundaryPositions::new(&patch, places).unwrap();
+            fixed_map(&patch, &boundary, &with(weights), &Watch::new()).unwrap()
+        };
+        let (here, there) = (map(near.clone()), map(moved.clone()));
+        let back = there.uv.map(|p| *p - far);
+        assert!(distance(&back, &here.uv) < 2.0_f64.powi(-20), "{weights:?}");
+        assert!(there.flips.is_zero());
+    }
+}
+
+#[test]
 fn a_patch_without_interior_is_its_boundary_and_says_so() {
     let watch = Watch::new();
     let patch = patch(&grid(1.0, 1.0, 4, 1));
