@@ -47,9 +47,9 @@ fn main() -> ExitCode {
 fn run(arguments: Arguments, console: &Arc<Console>) -> Result<(), Failure> {
     let session = Session::start(arguments.common, Arc::clone(console))?;
     run_command(&arguments.command, &session).map_err(|failure| match session.check() {
-        // Whatever was being done: that it was stopped is the reason.
-        Err(stopped) => stopped,
-        Ok(()) => failure,
+        // Whatever was being computed: that it was stopped is the reason.
+        Err(stopped) if !session.is_writing() => stopped,
+        _ => failure,
     })
 }
 

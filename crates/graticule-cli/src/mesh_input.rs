@@ -48,6 +48,22 @@ impl Input {
             .map_err(|error| Failure::from(error).at(self.path.display()))
     }
 
+    /// As [`repaired`](Self::repaired), for commands that were not asked to repair: what it does to
+    /// the surface is a warning.
+    pub(crate) fn repaired_on_the_way(
+        &self,
+        options: RepairOptions,
+        session: &Session,
+    ) -> Result<Repaired, Failure> {
+        let repaired = self.repaired(options, session)?;
+        for sentence in repaired.changes.of_surface().sentences() {
+            session
+                .watch
+                .warn("repaired", format!("repaired: {sentence}"));
+        }
+        Ok(repaired)
+    }
+
     /// What the report tells of the file.
     pub(crate) fn to_report(&self) -> Value {
         let soup = &self.soup;

@@ -4,7 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use graticule::mesh::PolygonSoup;
-use graticule_io::{Format, UnknownFormat, write_to};
+use graticule_io::{Format, UnknownFormat, has_uv_per_vertex, write_to};
 
 use crate::failure::Failure;
 use crate::output::{extension, write_whole};
@@ -19,6 +19,8 @@ pub(crate) struct MeshOutput {
     /// `None` is standard output.
     path: Option<PathBuf>,
     format: Format,
+    /// Whether the mesh is of no use without its texture coordinates.
+    needs_uvs: bool,
 }
 
 impl MeshOutput {
@@ -53,6 +55,7 @@ impl MeshOutput {
         Ok(Self {
             path: (!to_stdout).then(|| path.to_path_buf()),
             format,
+            needs_uvs: false,
         })
     }
 
@@ -64,7 +67,10 @@ impl MeshOutput {
                 "write .obj, .ply or .glb",
             ));
         }
-        Ok(self)
+        Ok(Self {
+            needs_uvs: true,
+            ..self
+        })
     }
 
     pub(crate) fn is_stdout(&self) -> bool {
@@ -77,6 +83,13 @@ impl MeshOutput {
 
     /// Writes the mesh, and warns of what the format cannot hold.
     pub(crate) fn write(&self, soup: &PolygonSoup, session: &Session) -> Result<(), Failure> {
+        if self.needs_uvs && self.format == Format::Off && !has_uv_per_vertex(soup) {
+            return Err(Failure::new(
+                "OFF holds one texture coordinate for each vertex, and this mesh has vertices with \
+                 several or none",
+                "write .obj, .ply or .glb",
+            ));
+        }
         let mut losses = Vec::new();
         if let Some(path) = &self.path {
             write_whole(path, |mut out| {

@@ -15,6 +15,8 @@ use crate::session::Session;
 /// The files that a command was asked for, checked before any work.
 pub(crate) struct Plan {
     reports: Vec<PathBuf>,
+    /// Further files, under names of the command's own.
+    files: Vec<PathBuf>,
     picture: Option<(PathBuf, PictureFormat)>,
     mesh: Option<MeshOutput>,
     json: bool,
@@ -48,6 +50,7 @@ impl Plan {
         };
         let plan = Self {
             reports: common.report.iter().cloned().collect(),
+            files: Vec::new(),
             picture,
             mesh,
             json: common.json,
@@ -66,14 +69,17 @@ impl Plan {
         let mesh = self.mesh.as_ref().and_then(MeshOutput::path);
         let picture = self.picture.as_ref().map(|(path, _)| path.as_path());
         let reports = self.reports.iter().map(PathBuf::as_path);
-        let files: Vec<&Path> = mesh.into_iter().chain(picture).chain(reports).collect();
+        let others = self.files.iter().map(PathBuf::as_path);
+        let named = mesh.into_iter().chain(picture).chain(reports);
+        let files: Vec<&Path> = named.chain(others).collect();
         check_distinct(&files)?;
         files.into_iter().try_for_each(check_writable)
     }
 
-    /// Writes the report to one more file.
-    pub(crate) fn add_report(&mut self, path: PathBuf) -> Result<(), Failure> {
-        self.reports.push(path);
+    /// Writes the report to one more file, beside further files that the outcome will bring.
+    pub(crate) fn add(&mut self, report: PathBuf, files: Vec<PathBuf>) -> Result<(), Failure> {
+        self.reports.push(report);
+        self.files = files;
         self.check_files()
     }
 

@@ -37,8 +37,9 @@ pub(crate) fn check_writable(path: &Path) -> Result<(), Failure> {
 
 /// Checks that no file is to be written twice.
 pub(crate) fn check_distinct(paths: &[&Path]) -> Result<(), Failure> {
+    let places: Vec<PathBuf> = paths.iter().map(|path| place_of(path)).collect();
     for (index, path) in paths.iter().enumerate() {
-        if paths[..index].contains(path) && !is_special(path) {
+        if places[..index].contains(&places[index]) && !is_special(path) {
             return Err(Failure::usage(
                 format!("{} is named for two outputs", path.display()),
                 "give each output a file of its own",
@@ -46,6 +47,15 @@ pub(crate) fn check_distinct(paths: &[&Path]) -> Result<(), Failure> {
         }
     }
     Ok(())
+}
+
+/// One name for each place, however it is spelled.
+fn place_of(path: &Path) -> PathBuf {
+    if let Ok(existing) = fs::canonicalize(path) {
+        return existing;
+    }
+    let folder = fs::canonicalize(folder_of(path)).unwrap_or_else(|_| folder_of(path));
+    folder.join(path.file_name().unwrap_or_default())
 }
 
 /// The ending of a file's name in lower case, without the dot; empty where there is none.
@@ -80,7 +90,10 @@ fn replace(path: &Path, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) 
     // Through a link the file it names is replaced, not the link.
     let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
     let file = temporary_file(&path)?;
-    fill(file, content)?.persist(&path)?;
+    let file = fill(file, content)?;
+    // Its content before its name, also through a loss of power.
+    file.as_file().sync_all()?;
+    file.persist(&path)?;
     Ok(())
 }
 
@@ -149,6 +162,18 @@ mod tests {
         assert!(result.is_err());
         assert_eq!(fs::read_to_string(&path).unwrap(), "old");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn one_file_spelled_in_two_ways_is_one_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let plain = folder.path().join("a.obj");
+        let roundabout = folder.path().join(".").join("a.obj");
+        let other = folder.path().join("b.obj");
+        assert!(check_distinct(&[&plain, &roundabout]).is_err());
+        assert!(check_distinct(&[&plain, &other]).is_ok());
+        fs::write(&plain, "").unwrap();
+        assert!(check_distinct(&[&plain, &roundabout]).is_err());
     }
 
     #[cfg(unix)]

@@ -68,9 +68,11 @@ pub(crate) fn map_picture(
         seams: Some(uvs),
         ..SurfaceStyle::default()
     };
+    let flipped = measure.elements.distortion.map(|face| face.flipped);
     let layout = LayoutStyle {
         checker: Some(Squares::Fitting),
         edges: false,
+        flipped: Some(&flipped),
         ..LayoutStyle::default()
     };
     let scales = area_scales(measure);

@@ -2,7 +2,8 @@
 
 use std::mem;
 use std::process;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc};
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError, mpsc};
 use std::thread;
 use std::time::Duration;
 
@@ -75,6 +76,11 @@ impl Session {
         mem::forget(lock(&self.writing));
         Ok(())
     }
+
+    /// Whether [`begin_writing`](Self::begin_writing) has succeeded.
+    pub(crate) fn is_writing(&self) -> bool {
+        is_held(&self.writing)
+    }
 }
 
 /// The failure that stopping leads to.
@@ -107,7 +113,9 @@ fn end_after(delay: Duration, reason: Stopped, console: &Arc<Console>, writing: 
     });
 }
 
-/// On the first Ctrl-C the computation is asked to stop and made to soon; on the second it ends.
+/// On the first Ctrl-C the computation is asked to stop and made to soon, unless results are being
+/// written; on the second the program ends at once, whatever it is doing: files appear by being
+/// moved to their place, so that none is half there.
 fn end_on_interrupt(
     watch: &Watch,
     console: &Arc<Console>,
@@ -128,13 +136,25 @@ fn end_on_interrupt(
     let (console, writing) = (Arc::clone(console), Arc::clone(writing));
     thread::spawn(move || {
         if receiver.recv().is_ok() {
-            let _ = receiver.recv_timeout(PATIENCE);
-            let _held = lock(&writing);
+            await_end(&receiver, &writing);
             console.failure(&stopped(Stopped::Cancelled));
             process::exit(1);
         }
     });
     Ok(())
+}
+
+/// Returns once a second signal came, or the patience is over and nothing is being written.
+fn await_end(signals: &Receiver<()>, writing: &Mutex<()>) {
+    while signals.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Timeout) {
+        if !is_held(writing) {
+            return;
+        }
+    }
+}
+
+fn is_held(mutex: &Mutex<()>) -> bool {
+    matches!(mutex.try_lock(), Err(TryLockError::WouldBlock))
 }
 
 fn lock(mutex: &Mutex<()>) -> MutexGuard<'_, ()> {

@@ -73,21 +73,56 @@ pub(crate) fn measure_table(measure: &MapMeasure) -> Table {
     let mut island_text = counted(islands.count, "island", "islands");
     let loops = counted(islands.boundary_loops, "boundary loop", "boundary loops");
     let _ = write!(island_text, ", {loops}");
+    if islands.mirrored > 0 {
+        let _ = write!(island_text, ", {} mirrored", islands.mirrored);
+    }
     table.row("layout", island_text);
-    let one_to_one = match (measure.bijective, measure.overlap.any) {
-        (true, _) => "yes".to_owned(),
-        (false, true) => {
-            let share = 100.0 * measure.overlap.area_share;
-            format!(
-                "no: {} % of the area is covered more than once",
-                figure(share)
-            )
-        }
-        (false, false) => format!("no: {} folded vertices", islands.folded_vertices),
-    };
-    table.row("one to one", one_to_one);
+    table.row("one to one", one_to_one(measure));
     distortion_rows(&mut table, measure);
     table
+}
+
+/// Whether the map is one to one, or every reason why it is not.
+fn one_to_one(measure: &MapMeasure) -> String {
+    if measure.bijective {
+        return "yes".into();
+    }
+    let mut reasons = Vec::new();
+    let (faces, overlap) = (&measure.faces, &measure.overlap);
+    for (count, singular, plural) in [
+        (faces.flipped, "flipped triangle", "flipped triangles"),
+        (
+            faces.zero_uv_area,
+            "triangle without area",
+            "triangles without area",
+        ),
+        (
+            faces.without_uv,
+            "triangle without coordinates",
+            "triangles without coordinates",
+        ),
+        (
+            faces.non_finite_uv,
+            "triangle with infinite coordinates",
+            "triangles with infinite coordinates",
+        ),
+        (
+            measure.islands.folded_vertices,
+            "folded vertex",
+            "folded vertices",
+        ),
+    ] {
+        if count > 0 {
+            reasons.push(counted(count, singular, plural));
+        }
+    }
+    if overlap.any && overlap.area_share > 0.0 {
+        let share = figure(100.0 * overlap.area_share);
+        reasons.push(format!("{share} % of the area is covered more than once"));
+    } else if overlap.any {
+        reasons.push("triangles overlap, on too little area to be seen".into());
+    }
+    format!("no: {}", reasons.join(", "))
 }
 
 fn distortion_rows(table: &mut Table, measure: &MapMeasure) {

@@ -15,16 +15,26 @@ pub(crate) fn of_surface(
         .map(|&corner| set.get(corner as usize))
 }
 
-/// The soup as read, with these coordinates as its first set; other sets stay.
+/// The mesh to write, with these coordinates as its first set; other sets stay.
 ///
-/// `uv_of_vertex` says which of the coordinates a vertex of the repaired surface has, or
-/// [`NO_VALUE`]. Polygons that repair dropped without another in their place have none.
+/// That is the soup as read where its polygons still describe the surface, and the repaired one
+/// otherwise: polygons that repair turned or dropped would contradict the map. `uv_of_vertex` says
+/// which of the coordinates a vertex of the repaired surface has, or [`NO_VALUE`].
 pub(crate) fn put_into(
-    mut soup: PolygonSoup,
+    soup: PolygonSoup,
     repaired: &Repaired,
     uvs: &PerVertex<DVec2>,
     uv_of_vertex: impl Fn(VertexId) -> u32,
 ) -> PolygonSoup {
+    if !repaired.changes.keep_polygons() {
+        // Its vertices are those of the surface.
+        let soup = repaired.to_soup(&soup);
+        let vertices = soup.polygons.corner_vertices().iter();
+        let corner_values = vertices
+            .map(|&vertex| uv_of_vertex(VertexId(vertex)))
+            .collect();
+        return with_first_set(soup, uvs, corner_values);
+    }
     let mesh = repaired.surface.mesh();
     let corners = repaired.mesh_corners(&soup).into_iter();
     let corner_values = corners.map(|corner| match corner {
@@ -32,6 +42,14 @@ pub(crate) fn put_into(
         corner => uv_of_vertex(mesh.origin(HalfedgeId(corner))),
     });
     let corner_values = corner_values.collect();
+    with_first_set(soup, uvs, corner_values)
+}
+
+fn with_first_set(
+    mut soup: PolygonSoup,
+    uvs: &PerVertex<DVec2>,
+    corner_values: Vec<u32>,
+) -> PolygonSoup {
     let sets = &mut soup.attributes.uv_sets;
     let name = sets.first().map(|set| set.name.clone()).unwrap_or_default();
     let set = CornerAttribute {

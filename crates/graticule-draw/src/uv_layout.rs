@@ -1,5 +1,5 @@
 use glam::{DVec2, DVec3};
-use graticule::mesh::{Element, FaceId, HalfedgeId, PerCorner, Surface};
+use graticule::mesh::{Element, FaceId, HalfedgeId, PerCorner, PerFace, Surface};
 
 use crate::checker::{finite_faces, layout_box};
 use crate::scene::in_plane;
@@ -27,6 +27,9 @@ pub struct LayoutStyle<'a> {
     pub boundary: bool,
     /// Whether flipped triangles are red and ringed, whatever their figure.
     pub flips: bool,
+    /// Which triangles count as flipped; by default those whose corners run clockwise. A measure
+    /// tells them from islands that are mirrored as a whole.
+    pub flipped: Option<&'a PerFace<bool>>,
 }
 
 impl Default for LayoutStyle<'_> {
@@ -38,6 +41,7 @@ impl Default for LayoutStyle<'_> {
             edges: true,
             boundary: true,
             flips: true,
+            flipped: None,
         }
     }
 }
@@ -45,7 +49,7 @@ impl Default for LayoutStyle<'_> {
 /// The triangles of a surface by their texture coordinates, u to the right and v up.
 ///
 /// Triangles without finite coordinates are left out; a note tells how many, and how many are
-/// flipped (their corners run clockwise).
+/// flipped.
 ///
 /// # Errors
 /// [`DrawError`] if values or coordinates do not fit the surface, or the coordinates make no
@@ -57,7 +61,15 @@ pub fn uv_layout(
 ) -> Result<Panel, DrawError> {
     layout_box(surface, uvs)?;
     let faces: Vec<FaceId> = finite_faces(surface, uvs).collect();
-    let is_flipped = |face: &FaceId| style.flips && doubled_area(uvs, *face) < 0.0;
+    let is_flipped = |face: &FaceId| {
+        let given = style
+            .flipped
+            .and_then(|flipped| flipped.as_slice().get(face.index()));
+        style.flips
+            && given
+                .copied()
+                .unwrap_or_else(|| doubled_area(uvs, *face) < 0.0)
+    };
     let (flipped, upright): (Vec<FaceId>, Vec<FaceId>) =
         faces.iter().partition(|face| is_flipped(face));
     let (paint, legend) = match &style.figure {

@@ -52,4 +52,7 @@ pub use format::{Format, UnknownFormat};
 pub use graticule::mesh::PolygonSoup;
 pub use graticule::watch::Warning;
 pub use read::{MeshFile, read_bytes, read_file};
-pub use write::{WriteError, WriteOptions, write_file, write_file_with, write_to, write_to_with};
+pub use write::{
+    WriteError, WriteOptions, has_uv_per_vertex, write_file, write_file_with, write_to,
+    write_to_with,
+};

@@ -74,3 +74,48 @@ pub const SHE97: Paper = Paper {
     published: "Discrete & Computational Geometry 18(3), 1997, pages 305-363",
     doi: "10.1007/PL00009321",
 };
+
+/// *Least Squares Conformal Maps*.
+pub const LPRM02: Paper = Paper {
+    key: "LPRM02",
+    authors: "Bruno Lévy, Sylvain Petitjean, Nicolas Ray, Jérôme Maillot",
+    title: "Least Squares Conformal Maps for Automatic Texture Atlas Generation",
+    published: "ACM Transactions on Graphics 21(3), 2002, pages 362-371",
+    doi: "10.1145/566654.566590",
+};
+
+/// *Spectral Conformal Parameterization*.
+pub const MTAD08: Paper = Paper {
+    key: "MTAD08",
+    authors: "Patrick Mullen, Yiying Tong, Pierre Alliez, Mathieu Desbrun",
+    title: "Spectral Conformal Parameterization",
+    published: "Computer Graphics Forum 27(5), 2008, pages 1487-1494",
+    doi: "10.1111/j.1467-8659.2008.01289.x",
+};
+
+/// *Mean value coordinates*.
+pub const FLO03: Paper = Paper {
+    key: "FLO03",
+    authors: "Michael S. Floater",
+    title: "Mean value coordinates",
+    published: "Computer Aided Geometric Design 20(1), 2003, pages 19-27",
+    doi: "10.1016/S0167-8396(03)00002-5",
+};
+
+/// *How to Draw a Graph*.
+pub const TUT63: Paper = Paper {
+    key: "TUT63",
+    authors: "William T. Tutte",
+    title: "How to Draw a Graph",
+    published: "Proceedings of the London Mathematical Society 13(1), 1963, pages 743-767",
+    doi: "10.1112/plms/s3-13.1.743",
+};
+
+/// *A Discrete Laplace–Beltrami Operator for Simplicial Surfaces*.
+pub const BS07: Paper = Paper {
+    key: "BS07",
+    authors: "Alexander I. Bobenko, Boris A. Springborn",
+    title: "A Discrete Laplace-Beltrami Operator for Simplicial Surfaces",
+    published: "Discrete and Computational Geometry 38(4), 2007, pages 740-756",
+    doi: "10.1007/s00454-007-9006-1",
+};

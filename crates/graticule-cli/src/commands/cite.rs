@@ -1,7 +1,7 @@
 //! `graticule cite`: the papers behind the commands.
 
 use clap::{Args, ValueEnum};
-use graticule::papers::{DMA02, Paper};
+use graticule::papers::{BS07, DMA02, FLO03, HG00, LPRM02, MTAD08, Paper, SS15, SSGH01, TUT63};
 use serde::Serialize;
 use serde_json::json;
 
@@ -41,7 +41,17 @@ enum Style {
 }
 
 /// The papers whose methods each command runs.
-const PAPERS: [(&[Cited], Paper); 1] = [(&[Cited::Demo, Cited::Flatten], DMA02)];
+const PAPERS: [(&[Cited], Paper); 9] = [
+    (&[Cited::Demo, Cited::Flatten], DMA02),
+    (&[Cited::Demo, Cited::Flatten], LPRM02),
+    (&[Cited::Flatten], MTAD08),
+    (&[Cited::Flatten], FLO03),
+    (&[Cited::Flatten], TUT63),
+    (&[Cited::Flatten], BS07),
+    (&[Cited::Demo, Cited::Flatten, Cited::Measure], SSGH01),
+    (&[Cited::Demo, Cited::Flatten, Cited::Measure], HG00),
+    (&[Cited::Demo, Cited::Flatten, Cited::Measure], SS15),
+];
 
 /// Prints the papers.
 pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {

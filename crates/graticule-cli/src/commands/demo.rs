@@ -39,9 +39,10 @@ const REPORT: &str = "report.json";
 /// Makes the surface, flattens, measures, draws, writes, and says what it wrote.
 pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {
     let folder = &options.output_folder;
-    make_folder(folder)?;
     let mut plan = Plan::check(&session.common)?;
-    plan.add_report(folder.join(REPORT))?;
+    make_folder(folder)?;
+    let files = [MESH, PICTURE].map(|name| folder.join(name));
+    plan.add(folder.join(REPORT), files.into())?;
     let surface = {
         let _stage = session.watch.stage("make surface");
         mask(options.rings)?
@@ -67,13 +68,7 @@ pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {
         (folder.join(PICTURE), PictureFormat::Png.encode(&picture)),
     ];
     outcome.text = [MESH, PICTURE, REPORT]
-        .map(|name| {
-            format!(
-                "{}
-",
-                folder.join(name).display()
-            )
-        })
+        .map(|name| format!("{}\n", folder.join(name).display()))
         .concat();
     plan.finish(session, outcome)
 }

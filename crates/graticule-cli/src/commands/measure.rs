@@ -48,7 +48,7 @@ pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {
     }
     let mut outcome = Outcome::of(Report::new("measure", session.options_to_report(options)?));
     outcome.report.input = input.to_report();
-    let repaired = input.repaired(options.repair.into(), session)?;
+    let repaired = input.repaired_on_the_way(options.repair.into(), session)?;
     outcome.report.repair = repair_to_report(&repaired.changes)?;
     let map = uvs::of_surface(&repaired, &uv_set);
     let measure = measure_partial_map(&repaired.surface, &map, &session.watch)

@@ -17,6 +17,7 @@ use crate::{gltf, obj, off, ply, stl};
 
 pub use error::WriteError;
 pub(crate) use losses::Losses;
+pub use shape::has_uv_per_vertex;
 pub(crate) use shape::{facets, fits_single, per_vertex, triangles};
 pub(crate) use sink::Sink;
 

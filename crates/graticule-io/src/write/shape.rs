@@ -24,6 +24,14 @@ pub(crate) fn per_vertex<T: Copy + Default + PartialEq>(
     Some(values.into_iter().map(Option::unwrap_or_default).collect())
 }
 
+/// Whether a format that keeps texture coordinates per vertex can keep the first set: each vertex
+/// of a polygon must have one value, and one only.
+#[must_use]
+pub fn has_uv_per_vertex(soup: &PolygonSoup) -> bool {
+    let set = soup.attributes.uv_sets.first();
+    set.is_some_and(|set| per_vertex(set, soup).is_some())
+}
+
 /// Each polygon cut into triangles: the polygon and three corner numbers.
 pub(crate) fn triangles(soup: &PolygonSoup) -> Vec<(u32, [u32; 3])> {
     let mut triangles = Vec::with_capacity(soup.polygons.len());

@@ -31,7 +31,7 @@ pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {
     let input = Input::read(&options.mesh, session)?;
     let mut outcome = Outcome::of(Report::new("flatten", session.options_to_report(options)?));
     outcome.report.input = input.to_report();
-    let repaired = input.repaired(options.repair_options(), session)?;
+    let repaired = input.repaired_on_the_way(options.repair_options(), session)?;
     outcome.report.repair = repair_to_report(&repaired.changes)?;
     let at_input = |failure: Failure| failure.at(input.path.display());
     let piece = Piece::choose(&repaired, options.component).map_err(at_input)?;

@@ -65,6 +65,34 @@ impl RepairChanges {
         *self == noted
     }
 
+    /// What is left of the changes without those that do not touch the surface: polygons cut into
+    /// triangles, vertices without polygon, and notes.
+    #[must_use]
+    pub fn of_surface(&self) -> Self {
+        Self {
+            polygons_triangulated: 0,
+            unused_vertices_dropped: ElementList::default(),
+            seams_left_open: ElementList::default(),
+            cavities: ElementList::default(),
+            zero_area_left: ElementList::default(),
+            ..self.clone()
+        }
+    }
+
+    /// Whether the soup's own polygons still describe the surface, up to which of their vertices
+    /// are one and which are several.
+    #[must_use]
+    pub fn keep_polygons(&self) -> bool {
+        let joined_or_split = Self {
+            vertices_welded: self.vertices_welded.clone(),
+            edges_split: self.edges_split.clone(),
+            vertices_split: self.vertices_split.clone(),
+            edges_cut: self.edges_cut.clone(),
+            ..Self::default()
+        };
+        self.of_surface() == joined_or_split
+    }
+
     /// One sentence for each kind of change.
     #[must_use]
     pub fn sentences(&self) -> Vec<String> {
