@@ -56,8 +56,6 @@ pub(super) struct Cell {
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub(super) struct Figures {
     pub(super) flipped: Option<u64>,
-    /// Flips of the kind that theory excludes where it excludes any.
-    pub(super) excluded_flips: Option<u64>,
     pub(super) residual: Option<f64>,
     pub(super) peak_mebibytes: Option<u64>,
 }
@@ -203,9 +201,7 @@ impl Table {
         let mut faults = Vec::new();
         for (file, cell) in self.cells() {
             let Figures {
-                excluded_flips,
-                residual,
-                ..
+                flipped, residual, ..
             } = cell.figures;
             if cell.verdict == Verdict::Bad {
                 faults.push(format!("{file}, {}: {}", cell.run, cell.reason));
@@ -213,9 +209,9 @@ impl Table {
             if residual.is_some_and(|r| r.is_nan() || r > LARGEST_RESIDUAL) {
                 faults.push(format!("{file}, {}: residual {residual:?}", cell.run));
             }
-            if cell.promises_no_flip && excluded_flips.is_some_and(|n| n > 0) {
+            if cell.promises_no_flip && flipped.is_some_and(|n| n > 0) {
                 faults.push(format!(
-                    "{file}, {}: {excluded_flips:?} flips that theory excludes",
+                    "{file}, {}: {flipped:?} flips that theory excludes",
                     cell.run
                 ));
             }
@@ -246,7 +242,6 @@ mod tests {
             seconds: 0.1,
             figures: Figures {
                 flipped: Some(flipped),
-                excluded_flips: Some(flipped),
                 ..Figures::default()
             },
             promises_no_flip: false,

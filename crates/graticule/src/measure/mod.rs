@@ -24,6 +24,7 @@ mod islands;
 mod jacobian;
 mod map_measure;
 mod overlap;
+mod simple_border;
 mod statistics;
 mod uv_map;
 

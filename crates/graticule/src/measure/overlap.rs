@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::MeasureError;
 use super::box_tree::{Bounds, BoxTree};
 use super::islands::Islands;
+use super::simple_border;
 use super::uv_map::{UvMap, orientation};
 use crate::mesh::FaceId;
 use crate::watch::{Stopped, Watch};
@@ -89,7 +90,7 @@ fn mixed_bits([a, b]: &[DVec2; 2]) -> u64 {
 
 /// The leaves in runs for one task each, a round of tasks at a time; the first rounds are short,
 /// so that a search which soon finds enough soon ends.
-fn rounds(leaf_count: usize) -> impl Iterator<Item = Vec<Range<usize>>> {
+pub(super) fn rounds(leaf_count: usize) -> impl Iterator<Item = Vec<Range<usize>>> {
     let task_count = leaf_count.div_ceil(LEAVES_PER_TASK);
     let mut done = 0;
     std::iter::from_fn(move || {
@@ -132,7 +133,8 @@ fn cross([a, b]: [DVec2; 2], [c, d]: [DVec2; 2]) -> bool {
 
 /// Two triangles whose images share more than boundary points, if there are any (exact).
 ///
-/// Where the map is one to one around every inner point, only triangles on a border are compared
+/// A border that encloses every point once answers for all triangles. Otherwise, where the map is
+/// one to one around every inner point, only triangles on a border are compared
 /// with all others. For there the number of triangles over a point changes only across borders;
 /// a region covered twice ends somewhere along a border edge, and the triangle at that edge is one
 /// of those that cover it.
@@ -142,6 +144,9 @@ pub(super) fn find_overlap(
     watch: &Watch,
 ) -> Result<Option<[FaceId; 2]>, MeasureError> {
     let _stage = watch.stage("overlapping triangles");
+    if simple_border::encloses_once(map, islands, watch)? {
+        return Ok(None);
+    }
     let faces: Vec<FaceId> = map
         .surface
         .mesh()
