@@ -18,6 +18,7 @@
 //! [`PGP06`]: papers::PGP06
 #![forbid(unsafe_code)]
 
+pub mod field;
 pub mod flatten;
 pub mod geometry;
 pub mod measure;

@@ -32,3 +32,15 @@ pub const FLIP_SINE: f64 = 1e-14;
 ///
 /// The same margin as [`FLIP_SINE`] for triangles so thin that all their sines are tiny.
 pub const FLIP_SHARE: f64 = 1e-12;
+
+/// Largest number of vertices in the disk that a curvature is averaged over.
+///
+/// An even sampling has some 40 within three mean edge lengths. Where the sampling is much finer
+/// than on average, a bound keeps the cost linear; a disk of 300 vertices averages enough.
+pub const DISK_VERTEX_LIMIT: usize = 300;
+
+/// Curvature, times the diagonal of the bounding box, below which a surface counts as flat.
+///
+/// A bend of that radius, twice the model's size, is not what anybody would align lines with;
+/// rounding of coordinates and scanner noise stay below it after averaging.
+pub const FLAT_CURVATURE: f64 = 0.5;

@@ -62,4 +62,4 @@ pub use triangle::{
     TriangleShape, corner_angles, corner_cotangents, face_areas, face_shapes, total_area,
 };
 pub use vertex::{angle_defects, mixed_voronoi_areas, vertex_areas};
-pub use weights::{EdgeWeights, cotangent_weights, uniform_weights};
+pub use weights::{EdgeWeights, cotangent_weights, edge_cotangent_weights, uniform_weights};

@@ -1,4 +1,4 @@
-use crate::mesh::{EdgeId, Element, HalfedgeId, PerVertex, TriangleMesh, VertexId};
+use crate::mesh::{EdgeId, Element, HalfedgeId, PerEdge, PerVertex, TriangleMesh, VertexId};
 
 use super::flip::Diamond;
 use super::rows::Rows;
@@ -74,21 +74,30 @@ impl EdgeWeights {
 pub fn cotangent_weights(
     triangulation: &IntrinsicTriangulation,
 ) -> Result<EdgeWeights, GeometryError> {
-    let mut entries = Vec::with_capacity(triangulation.edge_count());
+    let weights = edge_cotangent_weights(triangulation)?;
+    let entries = weights.enumerate().map(|(edge, &weight)| {
+        let halfedge = triangulation.edge_halfedge(edge);
+        (triangulation.ends(halfedge), weight)
+    });
+    Ok(collect(triangulation.vertex_count(), entries.collect()))
+}
+
+/// The cotangent weight of each edge of the triangulation, several edges with the same ends kept
+/// apart: for forms that carry vectors along the edges. See [`cotangent_weights`].
+///
+/// # Errors
+/// [`GeometryError::DegenerateFace`] where a triangle has no area.
+pub fn edge_cotangent_weights(
+    triangulation: &IntrinsicTriangulation,
+) -> Result<PerEdge<f64>, GeometryError> {
+    let mut weights = Vec::with_capacity(triangulation.edge_count());
     for edge in triangulation.edges() {
-        let mut weight = cotangent_weight(triangulation, edge)?;
-        if weight < 0.0 {
-            let diamond = Diamond::around(triangulation, edge);
-            if diamond.is_some_and(|diamond| !diamond.is_negative()) {
-                weight = 0.0;
-            }
-        }
-        entries.push((
-            triangulation.ends(triangulation.edge_halfedge(edge)),
-            weight,
-        ));
+        let weight = cotangent_weight(triangulation, edge)?;
+        let is_rounding = weight < 0.0
+            && Diamond::around(triangulation, edge).is_some_and(|diamond| !diamond.is_negative());
+        weights.push(if is_rounding { 0.0 } else { weight });
     }
-    Ok(collect(triangulation.vertex_count(), entries))
+    Ok(PerEdge::new(weights))
 }
 
 /// The weight 1 for each edge (W. T. Tutte, *How to draw a graph*, 1963).
