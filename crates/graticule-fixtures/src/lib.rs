@@ -4,10 +4,15 @@
 //! outward (flat ones toward +z) and are deterministic; irregular ones take a seed.
 
 mod closed;
+mod hard;
 mod noise;
 mod patches;
 
 pub use closed::{cube, cylinder_closed, icosphere, torus};
+pub use hard::{
+    block_with_holes, cone_closed, ellipsoid, grid_with_flat_triangles, hyperboloid, needles,
+    sheared_strip,
+};
 pub use noise::Noise;
 pub use patches::{
     annulus, bumpy_patch, cone_patch, cylinder_patch, disk, grid, irregular_disk, saddle_patch,

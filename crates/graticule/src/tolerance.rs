@@ -24,13 +24,16 @@ pub const MOLLIFICATION_MARGIN: f64 = 1e-10;
 
 /// An edge is flipped only if the sine of the sum of the angles opposite to it is below minus this.
 ///
-/// Sums of angles are known to a few 1e-16; without the margin, four points on a circle could be
+/// Sines are known to a few 1e-16 at best; without the margin, four points on a circle could be
 /// flipped to and fro for ever.
 pub const FLIP_SINE: f64 = 1e-14;
 
-/// An edge is flipped only if its weight is negative by this share of its two cotangents.
+/// An edge is flipped only if its two cotangents sum to less than minus this share of the sum of the
+/// inverse sines.
 ///
-/// The same margin as [`FLIP_SINE`] for triangles so thin that all their sines are tiny.
+/// For angles that are not tiny the sharper of the two margins: it leaves the cells of a regular grid
+/// as they are although their corners are rounded. A weight that stays negative by less is that
+/// share of its cotangents at most, and is set to 0.
 pub const FLIP_SHARE: f64 = 1e-12;
 
 /// Largest number of vertices in the disk that a curvature is averaged over.

@@ -32,13 +32,12 @@ impl Diamond {
     /// without area are told apart too.
     pub(super) fn is_negative(&self) -> bool {
         let (left, right) = (&self.left, &self.right);
-        let terms = [
-            left.dot(2) * right.double_area(),
-            right.dot(2) * left.double_area(),
-        ];
-        let sides = left.length(1) * left.length(2) * right.length(1) * right.length(2);
-        let rounding = (FLIP_SINE * sides).max(FLIP_SHARE * (terms[0].abs() + terms[1].abs()));
-        terms[0] + terms[1] < -rounding
+        let sine_left = left.double_area() * right.dot(2);
+        let sine_right = right.double_area() * left.dot(2);
+        let [sides_left, sides_right] = [left, right].map(|s| s.length(1) * s.length(2));
+        let spread = left.double_area() * sides_right + right.double_area() * sides_left;
+        let rounding = (FLIP_SINE * sides_left * sides_right).max(FLIP_SHARE * spread);
+        sine_left + sine_right < -rounding
     }
 
     /// The triangles `l, k, i` and `k, l, j` after the flip; `None` unless both have an area.

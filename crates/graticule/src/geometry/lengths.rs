@@ -1,5 +1,7 @@
 use std::ops::Index;
 
+use glam::DVec3;
+
 use crate::mesh::{EdgeId, PerEdge, Surface, TriangleMesh};
 
 use super::GeometryError;
@@ -14,8 +16,7 @@ impl EdgeLengths {
     pub fn of(surface: &Surface) -> Self {
         let mesh = surface.mesh();
         Self(PerEdge::from_fn(mesh.edge_count(), |edge| {
-            let vector = surface.halfedge_vector(mesh.edge_halfedge(edge));
-            vector.length()
+            length(surface.halfedge_vector(mesh.edge_halfedge(edge)))
         }))
     }
 
@@ -71,6 +72,16 @@ impl Index<EdgeId> for EdgeLengths {
     }
 }
 
+/// The length of a vector, also where the squares of its components overflow or underflow.
+fn length(vector: DVec3) -> f64 {
+    let magnitude = vector.abs().max_element();
+    if magnitude == 0.0 || (1e-100..1e100).contains(&magnitude) {
+        vector.length()
+    } else {
+        magnitude * (vector / magnitude).length()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -87,6 +98,16 @@ mod tests {
         let mean = (12.0 + 6.0 * 2.0_f64.sqrt()) / 18.0;
         assert!((lengths.mean() - mean).abs() < 1e-15);
         assert!((lengths.longest().1 - 2.0_f64.sqrt()).abs() < 1e-15);
+    }
+
+    #[test]
+    fn lengths_survive_any_scale() {
+        for scale in [1e-200, 1e-9, 1e200] {
+            let cube = cube().map(|p| p * scale);
+            let surface = Surface::from_triangles(cube.positions, &cube.triangles).unwrap();
+            let longest = EdgeLengths::of(&surface).longest().1;
+            assert!((longest / scale - 2.0_f64.sqrt()).abs() < 1e-15);
+        }
     }
 
     #[test]
