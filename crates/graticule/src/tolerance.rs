@@ -42,8 +42,24 @@ pub const FLIP_SHARE: f64 = 1e-12;
 /// than on average, a bound keeps the cost linear; a disk of 300 vertices averages enough.
 pub const DISK_VERTEX_LIMIT: usize = 300;
 
-/// Curvature, times the diagonal of the bounding box, below which a surface counts as flat.
+/// Curvature, times the diagonal of the bounding box, at which a bend is trusted half.
 ///
-/// A bend of that radius, twice the model's size, is not what anybody would align lines with;
-/// rounding of coordinates and scanner noise stay below it after averaging.
-pub const FLAT_CURVATURE: f64 = 0.5;
+/// Wide bends, of a quarter of the diagonal and more, are seldom what lines should follow, and on
+/// scans their directions are noise.
+pub const FLAT_CURVATURE: f64 = 4.0;
+
+/// Length of the mean of unit vectors above which edges that meet agree on a direction.
+///
+/// Two edges of a smooth line that bends by 60° still agree as lines; three edges of a box corner
+/// do not as crosses.
+pub const AGREEING_EDGES: f64 = 0.5;
+
+/// Length of a vector, diffused from unit vectors, below which it carries no direction.
+///
+/// Far below what guidance a hundred edges away leaves, far above rounding.
+pub const NO_DIRECTION: f64 = 1e-12;
+
+/// Mean change of unit vectors in one step below which a field is at rest.
+///
+/// A hundredth of a degree at the finest symmetry: no singularity moves any more.
+pub const FIELD_AT_REST: f64 = 1e-4;

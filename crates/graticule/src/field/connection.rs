@@ -15,7 +15,6 @@ use crate::mesh::{Element, PerVertex, VertexId};
 /// opposite to obtuse angles would be, and these count as 0.
 pub(super) struct ConnectionLaplacian {
     pub(super) edges: Vec<Connection>,
-    pub(super) vertex_count: usize,
 }
 
 /// One edge of a [`ConnectionLaplacian`].
@@ -42,10 +41,9 @@ impl ConnectionLaplacian {
                 rotation: symmetry.power(angles[halfedge]),
             }
         });
-        Ok(Self {
-            edges: edges.collect(),
-            vertex_count: triangulation.vertex_count(),
-        })
+        // An edge from a vertex to itself costs every unit vector there the same.
+        let edges = edges.filter(|edge| edge.ends[0] != edge.ends[1]);
+        Ok(Self { edges: edges.collect() })
     }
 
     /// The energy `Σ w |uⱼ - r uᵢ|²`.
@@ -56,30 +54,34 @@ impl ConnectionLaplacian {
         });
         terms.sum()
     }
+}
 
-    /// The entries on and below the diagonal of the matrix of the form, unknowns `2i` and `2i + 1`
-    /// being the two parts of `uᵢ`.
-    pub(super) fn lower_triplets(&self) -> Vec<(usize, usize, f64)> {
-        let mut triplets = Vec::with_capacity(8 * self.edges.len());
-        for &Connection {
-            ends,
-            weight,
-            rotation,
-        } in &self.edges
-        {
-            let [i, j] = ends.map(|vertex| 2 * vertex.index());
-            for unknown in [i, i + 1, j, j + 1] {
-                triplets.push((unknown, unknown, weight));
-            }
-            // The block in the rows of j and the columns of i is -w R.
-            let block = [[rotation.x, -rotation.y], [rotation.y, rotation.x]];
-            for (row, values) in block.iter().enumerate() {
-                for (column, value) in values.iter().enumerate() {
-                    let (row, column) = (j + row, i + column);
-                    triplets.push((row.max(column), row.min(column), -weight * value));
-                }
-            }
-        }
-        triplets
+impl Connection {
+    /// Transport from the second end to the first.
+    pub(super) fn conjugate(&self) -> DVec2 {
+        DVec2::new(self.rotation.x, -self.rotation.y)
+    }
+
+    /// The entries on and below the diagonal that the edge adds to the matrix of the form, in the
+    /// rows and columns of free vertices; unknowns `2i` and `2i + 1` are the two parts of `uᵢ`.
+    pub(super) fn lower_entries(
+        &self,
+        is_free: impl Fn(VertexId) -> bool,
+    ) -> impl Iterator<Item = (usize, usize, f64)> {
+        let [i, j] = self.ends.map(|vertex| 2 * vertex.index());
+        let [free_i, free_j] = self.ends.map(is_free);
+        let Self { weight, rotation, .. } = *self;
+        // The block in the rows of j and the columns of i is -w R.
+        let block = [
+            (j, i, -weight * rotation.x),
+            (j, i + 1, weight * rotation.y),
+            (j + 1, i, -weight * rotation.y),
+            (j + 1, i + 1, -weight * rotation.x),
+        ];
+        let of_i = [i, i + 1].map(|unknown| (unknown, unknown, weight));
+        let of_j = [j, j + 1].map(|unknown| (unknown, unknown, weight));
+        let below = |(row, column, value): (usize, usize, f64)| (row.max(column), row.min(column), value);
+        let between = block.into_iter().map(below).filter(move |_| free_i && free_j);
+        between.chain(of_i.into_iter().filter(move |_| free_i)).chain(of_j.into_iter().filter(move |_| free_j))
     }
 }
