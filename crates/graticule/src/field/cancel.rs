@@ -37,12 +37,14 @@ pub fn cancel_close_pairs(
     watch: &Watch,
 ) -> Result<(CrossField, Cancellation), FieldError> {
     let _stage = watch.stage("cancelling pairs");
-    let found = |field: &CrossField| {
-        Singularities::of(field, surface.mesh(), triangulations.original)
-    };
+    let found =
+        |field: &CrossField| Singularities::of(field, surface.mesh(), triangulations.original);
     let mut best = field;
     let mut singular = found(&best);
-    let mut report = Cancellation { singularities_before: singular.count(), ..Default::default() };
+    let mut report = Cancellation {
+        singularities_before: singular.count(),
+        ..Default::default()
+    };
     while report.rounds < MOST_ROUNDS {
         let Some(released) = release_pairs(surface, &singular, guidance, &best, options.distance)
         else {
@@ -129,7 +131,9 @@ fn has_opposite(
     steps: &PerFace<i32>,
     singularity: &Singularity,
 ) -> bool {
-    let faces = disk.iter().flat_map(|entry| surface.mesh().outgoing(entry.vertex));
+    let faces = disk
+        .iter()
+        .flat_map(|entry| surface.mesh().outgoing(entry.vertex));
     let mut steps = faces.map(|halfedge| steps[halfedge.face()]);
     steps.any(|other| other * singularity.steps < 0)
 }

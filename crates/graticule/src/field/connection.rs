@@ -43,7 +43,9 @@ impl ConnectionLaplacian {
         });
         // An edge from a vertex to itself costs every unit vector there the same.
         let edges = edges.filter(|edge| edge.ends[0] != edge.ends[1]);
-        Ok(Self { edges: edges.collect() })
+        Ok(Self {
+            edges: edges.collect(),
+        })
     }
 
     /// The energy `Σ w |uⱼ - r uᵢ|²`.
@@ -70,7 +72,9 @@ impl Connection {
     ) -> impl Iterator<Item = (usize, usize, f64)> {
         let [i, j] = self.ends.map(|vertex| 2 * vertex.index());
         let [free_i, free_j] = self.ends.map(is_free);
-        let Self { weight, rotation, .. } = *self;
+        let Self {
+            weight, rotation, ..
+        } = *self;
         // The block in the rows of j and the columns of i is -w R.
         let block = [
             (j, i, -weight * rotation.x),
@@ -80,8 +84,14 @@ impl Connection {
         ];
         let of_i = [i, i + 1].map(|unknown| (unknown, unknown, weight));
         let of_j = [j, j + 1].map(|unknown| (unknown, unknown, weight));
-        let below = |(row, column, value): (usize, usize, f64)| (row.max(column), row.min(column), value);
-        let between = block.into_iter().map(below).filter(move |_| free_i && free_j);
-        between.chain(of_i.into_iter().filter(move |_| free_i)).chain(of_j.into_iter().filter(move |_| free_j))
+        let below =
+            |(row, column, value): (usize, usize, f64)| (row.max(column), row.min(column), value);
+        let between = block
+            .into_iter()
+            .map(below)
+            .filter(move |_| free_i && free_j);
+        between
+            .chain(of_i.into_iter().filter(move |_| free_i))
+            .chain(of_j.into_iter().filter(move |_| free_j))
     }
 }

@@ -40,13 +40,14 @@ impl Guidance {
     /// The directions of the larger curvature, as far as they can be trusted
     /// ([PGP06] Eq. 21, with a bounded confidence in place of `|kmax / kmin|`).
     #[must_use]
-    pub fn from_curvature(
-        symmetry: Symmetry,
-        curvatures: &PerVertex<PrincipalCurvature>,
-    ) -> Self {
+    pub fn from_curvature(symmetry: Symmetry, curvatures: &PerVertex<PrincipalCurvature>) -> Self {
         let mut guidance = Self::none(symmetry, curvatures.len());
         for (vertex, curvature) in curvatures.enumerate() {
-            guidance.follow(vertex, curvature.direction, Strength::Soft(curvature.confidence));
+            guidance.follow(
+                vertex,
+                curvature.direction,
+                Strength::Soft(curvature.confidence),
+            );
         }
         guidance
     }

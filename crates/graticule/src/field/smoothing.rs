@@ -24,7 +24,11 @@ pub struct SmoothingOptions {
 
 impl Default for SmoothingOptions {
     fn default() -> Self {
-        Self { smoothing: 0.8, steps: 40, seed: 0 }
+        Self {
+            smoothing: 0.8,
+            steps: 40,
+            seed: 0,
+        }
     }
 }
 
@@ -75,7 +79,11 @@ pub fn smooth_field(
 ) -> Result<SmoothField, FieldError> {
     if !(0.0..1.0).contains(&options.smoothing) {
         let (name, value) = ("smoothing", options.smoothing);
-        return Err(FieldError::Option { name, value, range: "0 to below 1" });
+        return Err(FieldError::Option {
+            name,
+            value,
+            range: "0 to below 1",
+        });
     }
     smooth_from(triangulation, positions, guidance, None, options, watch)
 }
@@ -89,7 +97,14 @@ pub(super) fn relax(
     options: &SmoothingOptions,
     watch: &Watch,
 ) -> Result<SmoothField, FieldError> {
-    smooth_from(triangulation, positions, guidance, Some(start), options, watch)
+    smooth_from(
+        triangulation,
+        positions,
+        guidance,
+        Some(start),
+        options,
+        watch,
+    )
 }
 
 fn smooth_from(
@@ -103,7 +118,11 @@ fn smooth_from(
     let _stage = watch.stage("field smoothing");
     let system = System::new(triangulation, guidance, options)?;
     let factor = system.factor(triangulation, positions, watch)?;
-    let mut run = Diffusion { system: &system, factor: &factor, residual: 0.0 };
+    let mut run = Diffusion {
+        system: &system,
+        factor: &factor,
+        residual: 0.0,
+    };
     let start = match start {
         Some(field) => field.angles().map(|&angle| field.symmetry().power(angle)),
         None => run.start(guidance, options.seed)?,
@@ -173,7 +192,11 @@ impl System {
         let _stage = watch.stage("factorisation");
         let count = self.masses.len();
         let free = |vertex: VertexId| self.fixed[vertex].is_none();
-        let kept = self.connection.edges.iter().flat_map(|edge| edge.lower_entries(free));
+        let kept = self
+            .connection
+            .edges
+            .iter()
+            .flat_map(|edge| edge.lower_entries(free));
         let edges = kept.map(|(row, column, value)| (row, column, self.smoothing * value));
         let diagonal = (0..2 * count).map(|unknown| {
             let vertex = VertexId::from_index(unknown / 2);
@@ -182,7 +205,9 @@ impl System {
         });
         let matrix = SymmetricMatrix::from_triplets(2 * count, edges.chain(diagonal))?;
         let pairs = triangulation.edges().map(|edge| {
-            triangulation.ends(triangulation.edge_halfedge(edge)).map(|vertex| vertex.0)
+            triangulation
+                .ends(triangulation.edge_halfedge(edge))
+                .map(|vertex| vertex.0)
         });
         let graph = Graph::from_edges(count, pairs);
         let ordering = Ordering::for_mesh(&graph, positions.as_slice()).expanded(2);
@@ -230,7 +255,11 @@ impl Diffusion<'_> {
         let carried = self.diffuse(&PerVertex::filled(count, DVec2::ZERO))?;
         Ok(PerVertex::from_fn(count, |vertex| {
             let power = carried[vertex];
-            if power.length() > NO_DIRECTION { power.normalize() } else { phase(vertex, seed) }
+            if power.length() > NO_DIRECTION {
+                power.normalize()
+            } else {
+                phase(vertex, seed)
+            }
         }))
     }
 
@@ -238,7 +267,11 @@ impl Diffusion<'_> {
         let solution = self.factor.solve(&self.system.right_side(powers))?;
         self.residual = self.residual.max(solution.residual);
         Ok(PerVertex::new(
-            solution.values.chunks_exact(2).map(|pair| DVec2::new(pair[0], pair[1])).collect(),
+            solution
+                .values
+                .chunks_exact(2)
+                .map(|pair| DVec2::new(pair[0], pair[1]))
+                .collect(),
         ))
     }
 
@@ -272,6 +305,7 @@ impl Diffusion<'_> {
 
 /// Phases that neighbours do not share, the same on every machine: multiples of the golden ratio.
 fn phase(vertex: VertexId, seed: u64) -> DVec2 {
-    let turns = (vertex.index() as f64 + 1.0) * 0.618_033_988_749_894_9 + seed as f64 * 0.754_877_666;
+    let turns =
+        (vertex.index() as f64 + 1.0) * 0.618_033_988_749_894_9 + seed as f64 * 0.754_877_666;
     Symmetry::Vector.power(TAU * turns.fract())
 }

@@ -1,0 +1,326 @@
+//! Systems in which some unknowns are given: elimination of fixed unknowns.
+
+use super::solution::count_columns;
+use super::{
+    Cholesky, Lu, LuSymbolic, Placement, Solution, SolveError, SparseMatrix, Symbolic,
+    SymmetricMatrix,
+};
+
+/// The unknowns of a system, parted in free and fixed ones.
+#[derive(Clone, Debug)]
+struct Partition {
+    /// Free unknowns, ascending.
+    free: Vec<u32>,
+    /// Fixed unknowns, in the order given.
+    fixed: Vec<u32>,
+    /// Place of each unknown among the free or the fixed ones.
+    places: Vec<Place>,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Place {
+    Free(usize),
+    Fixed(usize),
+}
+
+impl Partition {
+    fn new(unknowns: usize, fixed: &[usize]) -> Result<Self, SolveError> {
+        let mut places = vec![None; unknowns];
+        for (place, &unknown) in fixed.iter().enumerate() {
+            let slot = places.get_mut(unknown);
+            let slot = slot.ok_or(SolveError::BadFixedUnknown {
+                unknown,
+                reason: "there is no such unknown",
+            })?;
+            if slot.replace(Place::Fixed(place)).is_some() {
+                let reason = "it is fixed twice";
+                return Err(SolveError::BadFixedUnknown { unknown, reason });
+            }
+        }
+        let mut free = Vec::with_capacity(unknowns - fixed.len());
+        let places = (0..)
+            .zip(places)
+            .map(|(unknown, place)| {
+                place.unwrap_or_else(|| {
+                    free.push(unknown);
+                    Place::Free(free.len() - 1)
+                })
+            })
+            .collect();
+        let fixed = fixed.iter().map(|&unknown| unknown as u32).collect();
+        Ok(Self {
+            free,
+            fixed,
+            places,
+        })
+    }
+
+    /// What the equations of the free unknowns have on the right once the fixed ones are known.
+    fn right_sides(
+        &self,
+        coupling: &SparseMatrix,
+        fixed_values: &[f64],
+        loads: Option<&[f64]>,
+    ) -> Result<Vec<f64>, SolveError> {
+        let [all, free, fixed] = [self.places.len(), self.free.len(), self.fixed.len()];
+        let columns = match loads {
+            Some(loads) => count_columns(loads, all)?,
+            None => count_columns(fixed_values, fixed)?,
+        };
+        SolveError::check_length("fixed values", fixed_values.len(), columns * fixed)?;
+        count_columns(fixed_values, fixed)?;
+        let mut right_sides = Vec::with_capacity(columns * free);
+        for column in 0..columns {
+            let from_fixed = coupling.multiply(&fixed_values[column * fixed..][..fixed]);
+            let load = |unknown: u32| loads.map_or(0.0, |l| l[column * all + unknown as usize]);
+            let entries = self.free.iter().zip(from_fixed);
+            right_sides.extend(entries.map(|(&unknown, known)| load(unknown) - known));
+        }
+        Ok(right_sides)
+    }
+
+    /// All unknowns of each column, from the fixed values and the solved free ones.
+    fn merged(&self, fixed_values: &[f64], mut solved: Solution) -> Solution {
+        let [free, fixed] = [self.free.len(), self.fixed.len()];
+        let columns = if free > 0 {
+            solved.values.len() / free
+        } else {
+            fixed_values.len().checked_div(fixed).unwrap_or(0)
+        };
+        let mut values = Vec::with_capacity(columns * self.places.len());
+        for column in 0..columns {
+            values.extend(self.places.iter().map(|place| match *place {
+                Place::Free(place) => solved.values[column * free + place],
+                Place::Fixed(place) => fixed_values[column * fixed + place],
+            }));
+        }
+        solved.values = values;
+        solved
+    }
+}
+
+/// A symmetric system `A x = b` with some unknowns fixed, factored once for many values of them.
+///
+/// Only the rows of free unknowns are equations. Their matrix must be positive definite: true for
+/// a Laplacian with positive weights and a fixed unknown in every component.
+#[derive(Clone, Debug)]
+pub struct DirichletSystem {
+    partition: Partition,
+    coupling: SparseMatrix,
+    factor: Cholesky,
+}
+
+impl DirichletSystem {
+    /// Eliminates the `fixed` unknowns and factors the rest.
+    ///
+    /// # Errors
+    /// [`SolveError::BadFixedUnknown`], [`SolveError::NotPositiveDefinite`] with the unknown's
+    /// number in `matrix`, and as [`Cholesky::new`].
+    pub fn new(
+        matrix: &SymmetricMatrix,
+        fixed: &[usize],
+        placement: Placement<'_>,
+    ) -> Result<Self, SolveError> {
+        let partition = Partition::new(matrix.order(), fixed)?;
+        let [mut inner, mut coupling] = [Vec::new(), Vec::new()];
+        for (row, column, value) in matrix.lower().triplets() {
+            match (partition.places[row], partition.places[column]) {
+                (Place::Free(row), Place::Free(column)) => inner.push((row, column, value)),
+                (Place::Free(free), Place::Fixed(fixed))
+                | (Place::Fixed(fixed), Place::Free(free)) => coupling.push((free, fixed, value)),
+                (Place::Fixed(_), Place::Fixed(_)) => {}
+            }
+        }
+        let free = partition.free.len();
+        let coupling = SparseMatrix::from_triplets(free, fixed.len(), coupling)?;
+        let inner = SymmetricMatrix::from_triplets(free, inner)?;
+        let ordering = placement.ordering_of(inner.lower().pattern(), &partition.free)?;
+        let symbolic = Symbolic::new(&inner, &ordering)?;
+        let factor = Cholesky::factor(&symbolic, &inner);
+        Ok(Self {
+            factor: factor.map_err(|error| in_caller_numbers(error, &partition.free))?,
+            partition,
+            coupling,
+        })
+    }
+
+    /// Free unknowns, ascending.
+    #[must_use]
+    pub fn free(&self) -> &[u32] {
+        &self.partition.free
+    }
+
+    /// The factored matrix of the free unknowns.
+    #[must_use]
+    pub fn factor(&self) -> &Cholesky {
+        &self.factor
+    }
+
+    /// Solves with nothing on the right. `fixed_values` has one number per fixed unknown, in the
+    /// order in which they were given, for one or several columns; the solution has all unknowns.
+    ///
+    /// # Errors
+    /// As [`Cholesky::solve`].
+    pub fn solve(&self, fixed_values: &[f64]) -> Result<Solution, SolveError> {
+        let right_sides = self
+            .partition
+            .right_sides(&self.coupling, fixed_values, None)?;
+        let solved = self.factor.solve(&right_sides)?;
+        Ok(self.partition.merged(fixed_values, solved))
+    }
+
+    /// The same with `loads` on the right: one number per unknown and column, of which those of
+    /// fixed unknowns are not used.
+    ///
+    /// # Errors
+    /// As [`solve`](Self::solve).
+    pub fn solve_with_loads(
+        &self,
+        fixed_values: &[f64],
+        loads: &[f64],
+    ) -> Result<Solution, SolveError> {
+        let loads = Some(loads);
+        let right_sides = self
+            .partition
+            .right_sides(&self.coupling, fixed_values, loads)?;
+        let solved = self.factor.solve(&right_sides)?;
+        Ok(self.partition.merged(fixed_values, solved))
+    }
+}
+
+/// A system `A x = b` that need not be symmetric, with some unknowns fixed, factored once.
+///
+/// Only the rows of free unknowns are equations.
+#[derive(Clone, Debug)]
+pub struct DirichletLu {
+    partition: Partition,
+    coupling: SparseMatrix,
+    factor: Lu,
+}
+
+impl DirichletLu {
+    /// Eliminates the `fixed` unknowns and factors the rest.
+    ///
+    /// # Errors
+    /// [`SolveError::BadFixedUnknown`], [`SolveError::Singular`] with the unknown's number in
+    /// `matrix`, and as [`Lu::new`].
+    pub fn new(
+        matrix: &SparseMatrix,
+        fixed: &[usize],
+        placement: Placement<'_>,
+    ) -> Result<Self, SolveError> {
+        SolveError::check_square(matrix.rows(), matrix.columns())?;
+        let partition = Partition::new(matrix.rows(), fixed)?;
+        let [mut inner, mut coupling] = [Vec::new(), Vec::new()];
+        for (row, column, value) in matrix.triplets() {
+            let Place::Free(row) = partition.places[row] else {
+                continue;
+            };
+            match partition.places[column] {
+                Place::Free(column) => inner.push((row, column, value)),
+                Place::Fixed(column) => coupling.push((row, column, value)),
+            }
+        }
+        let free = partition.free.len();
+        let coupling = SparseMatrix::from_triplets(free, fixed.len(), coupling)?;
+        let inner = SparseMatrix::from_triplets(free, free, inner)?;
+        let ordering = placement.ordering_of(inner.pattern(), &partition.free)?;
+        let factor = Lu::factor(&LuSymbolic::new(&inner, &ordering)?, &inner);
+        Ok(Self {
+            factor: factor.map_err(|error| in_caller_numbers(error, &partition.free))?,
+            partition,
+            coupling,
+        })
+    }
+
+    /// Free unknowns, ascending.
+    #[must_use]
+    pub fn free(&self) -> &[u32] {
+        &self.partition.free
+    }
+
+    /// The factored matrix of the free unknowns.
+    #[must_use]
+    pub fn factor(&self) -> &Lu {
+        &self.factor
+    }
+
+    /// Solves with nothing on the right; as [`DirichletSystem::solve`].
+    ///
+    /// # Errors
+    /// As [`Lu::solve`].
+    pub fn solve(&self, fixed_values: &[f64]) -> Result<Solution, SolveError> {
+        let right_sides = self
+            .partition
+            .right_sides(&self.coupling, fixed_values, None)?;
+        let solved = self.factor.solve(&right_sides)?;
+        Ok(self.partition.merged(fixed_values, solved))
+    }
+
+    /// Solves with `loads` on the right; as [`DirichletSystem::solve_with_loads`].
+    ///
+    /// # Errors
+    /// As [`Lu::solve`].
+    pub fn solve_with_loads(
+        &self,
+        fixed_values: &[f64],
+        loads: &[f64],
+    ) -> Result<Solution, SolveError> {
+        let loads = Some(loads);
+        let right_sides = self
+            .partition
+            .right_sides(&self.coupling, fixed_values, loads)?;
+        let solved = self.factor.solve(&right_sides)?;
+        Ok(self.partition.merged(fixed_values, solved))
+    }
+
+    /// The gradient with respect to the fixed values of a function of all unknowns, given its
+    /// gradient with respect to each unknown: one transposed solve for any number of fixed values.
+    ///
+    /// One or several columns; the result has one number per fixed unknown and column.
+    ///
+    /// # Errors
+    /// As [`Lu::solve`].
+    pub fn pull_back(&self, gradients: &[f64]) -> Result<Solution, SolveError> {
+        let Partition {
+            free,
+            fixed,
+            places,
+        } = &self.partition;
+        let columns = count_columns(gradients, places.len())?;
+        let of_free: Vec<f64> = gradients
+            .chunks_exact(places.len().max(1))
+            .flat_map(|column| free.iter().map(|&unknown| column[unknown as usize]))
+            .collect();
+        let mut adjoint = self.factor.solve_transposed(&of_free)?;
+        let mut values = Vec::with_capacity(columns * fixed.len());
+        for (column, gradient) in gradients.chunks_exact(places.len().max(1)).enumerate() {
+            let adjoint = &adjoint.values[column * free.len()..][..free.len()];
+            let through_free = self.coupling.multiply_transposed(adjoint);
+            let direct = fixed.iter().map(|&unknown| gradient[unknown as usize]);
+            values.extend(
+                direct
+                    .zip(through_free)
+                    .map(|(direct, through)| direct - through),
+            );
+        }
+        adjoint.values = values;
+        Ok(adjoint)
+    }
+}
+
+/// Column numbers of the free unknowns' matrix as the caller knows them.
+fn in_caller_numbers(error: SolveError, free: &[u32]) -> SolveError {
+    let number = |column: usize| free.get(column).map_or(column, |&unknown| unknown as usize);
+    match error {
+        SolveError::NotPositiveDefinite { column, pivot } => SolveError::NotPositiveDefinite {
+            column: number(column),
+            pivot,
+        },
+        SolveError::Singular { column, pivot } => SolveError::Singular {
+            column: number(column),
+            pivot,
+        },
+        other => other,
+    }
+}
