@@ -1,0 +1,131 @@
+use crate::mesh::coincidence::first_over_same_vertices;
+use crate::mesh::disjoint_sets::DisjointSets;
+use crate::mesh::faces::Faces;
+use crate::mesh::gluing::{EdgeUses, NONE};
+
+/// For each face the one that makes it surplus, or `None`; empty if there is no surplus face.
+///
+/// Of the faces over the same vertices the first stays. So does the first one that faces the
+/// opposite way, if both belong to a wall between two solids: a connected set of such pairs with
+/// an even number of other faces, at least two, along every edge of its rim. Elsewhere two faces
+/// back to back are one sheet given twice.
+pub(super) fn find_surplus(faces: &impl Faces) -> Vec<Option<u32>> {
+    let firsts = first_over_same_vertices(faces);
+    if firsts.iter().all(|&first| first == NONE) {
+        return Vec::new();
+    }
+    let numbered = firsts.iter().enumerate();
+    let mut surplus: Vec<_> = numbered.map(|(_, &f)| (f != NONE).then_some(f)).collect();
+    let backs = find_backs(faces, &firsts);
+    for (first, back) in walls(faces, &backs, &surplus) {
+        debug_assert_eq!(firsts[back as usize], first);
+        surplus[back as usize] = None;
+    }
+    surplus
+}
+
+/// For each first face the first one back to back with it, or [`NONE`].
+fn find_backs(faces: &impl Faces, firsts: &[u32]) -> Vec<u32> {
+    let mut backs = vec![NONE; firsts.len()];
+    for (face, &first) in (0_u32..).zip(firsts) {
+        if first != NONE && backs[first as usize] == NONE && back_to_back(faces, first, face) {
+            backs[first as usize] = face;
+        }
+    }
+    backs
+}
+
+/// Whether one face has the corners of the other in the opposite order.
+fn back_to_back(faces: &impl Faces, first: u32, face: u32) -> bool {
+    let [corners, others] = [faces.corners(first), faces.corners(face)];
+    let start = faces.origin(corners.start);
+    let Some(turn) = others.clone().find(|&corner| faces.origin(corner) == start) else {
+        return false;
+    };
+    let backward = (others.start..=turn)
+        .rev()
+        .chain((turn + 1..others.end).rev());
+    corners
+        .zip(backward)
+        .all(|(a, b)| faces.origin(a) == faces.origin(b))
+}
+
+/// The pairs back to back that belong to walls.
+fn walls(faces: &impl Faces, backs: &[u32], surplus: &[Option<u32>]) -> Vec<(u32, u32)> {
+    let vertices = (0..faces.corner_count() as u32).map(|corner| faces.origin(corner));
+    let uses = EdgeUses::of(
+        faces,
+        vertices.max().map_or(0, |vertex| vertex as usize + 1),
+    );
+    let mut sets = DisjointSets::new(backs.len());
+    let mut is_sheet = vec![false; backs.len()];
+    let mut has_rim = vec![false; backs.len()];
+    let is_pair = |face: u32| backs[face as usize] != NONE;
+    let mut rims = Vec::new();
+    for group in uses.iter() {
+        let here = || group.iter().map(|&side| faces.face(side));
+        let others = here()
+            .filter(|&f| surplus[f as usize].is_none() && !is_pair(f))
+            .count();
+        let mut pairs = here().filter(|&face| is_pair(face));
+        let Some(first) = pairs.next() else { continue };
+        let is_rim = pairs.fold(true, |_, other| {
+            sets.join(first, other);
+            false
+        });
+        rims.push((first, is_rim, others));
+    }
+    for (face, is_rim, others) in rims {
+        let set = sets.find(face) as usize;
+        has_rim[set] |= is_rim;
+        is_sheet[set] |= others % 2 == 1 || (is_rim && others == 0);
+    }
+    let pairs = (0_u32..).zip(backs).filter(|&(_, &back)| back != NONE);
+    pairs
+        .map(|(first, &back)| (first, back))
+        .filter(|&(first, _)| {
+            let set = sets.find(first) as usize;
+            has_rim[set] && !is_sheet[set]
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::faces::TriangleFaces;
+
+    fn surplus(triangles: &[[u32; 3]]) -> Vec<Option<u32>> {
+        find_surplus(&TriangleFaces(triangles))
+    }
+
+    #[test]
+    fn a_sheet_given_twice_becomes_one() {
+        assert_eq!(surplus(&[[0, 1, 2], [0, 2, 1]]), [None, Some(0)]);
+        let doubled = [[0, 1, 2], [0, 2, 3], [2, 1, 0], [3, 2, 0]];
+        assert_eq!(surplus(&doubled), [None, None, Some(0), Some(1)]);
+        assert!(surplus(&[[0, 1, 2], [0, 2, 3]]).is_empty());
+    }
+
+    #[test]
+    fn a_wall_between_two_solids_stays_on_both_sides() {
+        // Two tetrahedra on both sides of the triangle 0 1 2.
+        let solids = [
+            [0, 1, 2],
+            [1, 0, 3],
+            [2, 1, 3],
+            [0, 2, 3],
+            [2, 1, 0],
+            [0, 1, 4],
+            [1, 2, 4],
+            [2, 0, 4],
+        ];
+        assert_eq!(surplus(&solids), [None; 8]);
+    }
+
+    #[test]
+    fn the_same_face_twice_is_surplus_even_on_a_solid() {
+        let solid = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3], [1, 0, 2]];
+        assert_eq!(surplus(&solid), [None, None, None, None, Some(0)]);
+    }
+}
