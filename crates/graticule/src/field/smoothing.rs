@@ -309,3 +309,203 @@ fn phase(vertex: VertexId, seed: u64) -> DVec2 {
         (vertex.index() as f64 + 1.0) * 0.618_033_988_749_894_9 + seed as f64 * 0.754_877_666;
     Symmetry::Vector.power(TAU * turns.fract())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::{CurvatureOptions, Singularities, Strength, principal_curvatures};
+    use crate::geometry::intrinsic_delaunay;
+    use crate::mesh::Surface;
+    use graticule_fixtures::{Fixture, cube, disk, grid, icosphere, torus};
+
+    struct Example {
+        surface: Surface,
+        original: IntrinsicTriangulation,
+        delaunay: IntrinsicTriangulation,
+    }
+
+    impl Example {
+        fn new(fixture: Fixture) -> Self {
+            let surface = Surface::from_triangles(fixture.positions, &fixture.triangles).unwrap();
+            let original = IntrinsicTriangulation::of(&surface).unwrap();
+            let (delaunay, _) = intrinsic_delaunay(&surface, &Watch::new()).unwrap();
+            Self {
+                surface,
+                original,
+                delaunay,
+            }
+        }
+
+        fn unguided(&self, symmetry: Symmetry) -> Guidance {
+            Guidance::none(symmetry, self.surface.mesh().vertex_count())
+        }
+
+        fn smooth(&self, guidance: &Guidance) -> SmoothField {
+            let positions = self.surface.positions();
+            let options = SmoothingOptions {
+                steps: 200,
+                ..Default::default()
+            };
+            smooth_field(&self.delaunay, positions, guidance, &options, &Watch::new()).unwrap()
+        }
+
+        fn singularities(&self, field: &CrossField) -> Singularities {
+            Singularities::of(field, self.surface.mesh(), &self.original)
+        }
+    }
+
+    #[test]
+    fn a_sphere_has_two_poles_four_half_poles_or_eight_quarter_poles_well_spread() {
+        // [PGP06] Fig. 9. Least angles between them: opposite, tetrahedron, cube or antiprism.
+        let sphere = Example::new(icosphere(4));
+        for (symmetry, count, least_angle) in [
+            (Symmetry::Vector, 2, 150.0),
+            (Symmetry::Line, 4, 90.0),
+            (Symmetry::Cross, 8, 55.0),
+        ] {
+            let found = sphere.smooth(&sphere.unguided(symmetry));
+            let singular = sphere.singularities(&found.field);
+            assert_eq!(singular.count(), count, "{symmetry:?}: {:?}", found.report);
+            assert!((singular.index_sum() - 2.0).abs() < 1e-9);
+            let middles: Vec<_> = singular
+                .faces
+                .iter()
+                .map(|s| {
+                    sphere
+                        .surface
+                        .corner_positions(s.face)
+                        .iter()
+                        .sum::<DVec3>()
+                        .normalize()
+                })
+                .collect();
+            for (index, a) in middles.iter().enumerate() {
+                for b in &middles[..index] {
+                    let angle = a.angle_between(*b).to_degrees();
+                    assert!(angle > least_angle, "{symmetry:?}: {angle}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_torus_follows_its_curvature_without_singularity() {
+        let torus = Example::new(torus(2.0, 0.7, 60, 24));
+        let options = CurvatureOptions::default();
+        let curvatures =
+            principal_curvatures(&torus.surface, &torus.original, &options, &Watch::new()).unwrap();
+        for symmetry in [Symmetry::Line, Symmetry::Cross] {
+            let guidance = Guidance::from_curvature(symmetry, &curvatures);
+            let found = torus.smooth(&guidance);
+            assert_eq!(torus.singularities(&found.field).count(), 0);
+            for (vertex, curvature) in curvatures.enumerate() {
+                let (off, _) = symmetry.reduce(found.field.angle(vertex) - curvature.direction);
+                assert!(off.abs() < 0.05, "{vertex}: {off}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_rectangle_held_at_its_boundary_is_straight() {
+        let rectangle = Example::new(grid(3.0, 2.0, 15, 10));
+        for strength in [Strength::Hard, Strength::Soft(10.0)] {
+            let mut guidance = rectangle.unguided(Symmetry::Cross);
+            let mesh = rectangle.surface.mesh();
+            guidance.follow_boundary(mesh, &rectangle.original, strength);
+            let found = rectangle.smooth(&guidance);
+            assert_eq!(rectangle.singularities(&found.field).count(), 0);
+            assert!(found.report.smoothness_energy < 1e-9, "{:?}", found.report);
+        }
+    }
+
+    #[test]
+    fn a_disk_held_at_its_boundary_has_the_index_of_a_disk() {
+        let disk = Example::new(disk(20));
+        for (symmetry, count) in [
+            (Symmetry::Vector, 1),
+            (Symmetry::Line, 2),
+            (Symmetry::Cross, 4),
+        ] {
+            let mut guidance = disk.unguided(symmetry);
+            if symmetry == Symmetry::Vector {
+                for &halfedge in disk
+                    .surface
+                    .mesh()
+                    .boundary_loop(crate::mesh::BoundaryLoopId(0))
+                {
+                    let vertex = disk.surface.mesh().origin(halfedge);
+                    let angle = disk.original.direction(halfedge);
+                    guidance.follow(vertex, angle, Strength::Hard);
+                }
+            } else {
+                guidance.follow_boundary(disk.surface.mesh(), &disk.original, Strength::Hard);
+            }
+            let found = disk.smooth(&guidance);
+            let singular = disk.singularities(&found.field);
+            assert_eq!(singular.count(), count, "{symmetry:?}");
+            assert!(singular.boundary_indices[0].abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn a_cube_gets_a_quarter_pole_at_each_corner() {
+        let cube = Example::new(cube().subdivided().subdivided().subdivided());
+        let mesh = cube.surface.mesh();
+        let dihedrals = crate::geometry::dihedral_angles(&cube.surface);
+        let sharp = mesh.edges().filter(|&edge| dihedrals[edge] > 1.0);
+        let mut guidance = cube.unguided(Symmetry::Cross);
+        guidance.follow_edges(&cube.original, sharp, Strength::Hard);
+        let singular = cube.singularities(&cube.smooth(&guidance).field);
+        assert_eq!(
+            singular.faces.iter().map(|s| s.steps).collect::<Vec<_>>(),
+            [1; 8]
+        );
+        for singularity in &singular.faces {
+            let touches_corner = cube
+                .surface
+                .corner_positions(singularity.face)
+                .iter()
+                .any(|p| p.to_array().iter().all(|x| *x == 0.0 || *x == 1.0));
+            assert!(touches_corner);
+        }
+    }
+
+    #[test]
+    fn scaling_by_a_power_of_two_changes_no_digit() {
+        let field = |scale: f64| {
+            let torus = Example::new(torus(2.0, 0.7, 30, 12).map(|p| p * scale));
+            torus.smooth(&torus.unguided(Symmetry::Cross)).field
+        };
+        let reference = field(1.0);
+        for exponent in [-40, 40] {
+            assert_eq!(field(2.0_f64.powi(exponent)), reference);
+        }
+    }
+
+    #[test]
+    fn options_out_of_range_are_refused() {
+        let disk = Example::new(disk(3));
+        for smoothing in [-0.1, 1.0, f64::NAN] {
+            let options = SmoothingOptions {
+                smoothing,
+                ..Default::default()
+            };
+            let positions = disk.surface.positions();
+            let guidance = disk.unguided(Symmetry::Cross);
+            let refusal = smooth_field(
+                &disk.delaunay,
+                positions,
+                &guidance,
+                &options,
+                &Watch::new(),
+            );
+            assert!(matches!(
+                refusal,
+                Err(FieldError::Option {
+                    name: "smoothing",
+                    ..
+                })
+            ));
+        }
+    }
+}
