@@ -1,2 +1,98 @@
-//! Chores of the workspace.
-fn main() {}
+//! Chores of the workspace: `cargo xtask --help`.
+#![forbid(unsafe_code)]
+#![allow(clippy::print_stdout, clippy::print_stderr)] // a program talks
+
+mod bench;
+mod corpus;
+mod layers;
+mod papers;
+mod picture;
+mod source;
+
+use std::io;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode};
+
+use clap::{Parser, Subcommand};
+
+/// Why a chore failed, in words for the terminal.
+#[derive(Debug)]
+pub(crate) struct Trouble(pub(crate) String);
+
+impl Trouble {
+    pub(crate) fn reading(path: &Path, error: &io::Error) -> Self {
+        Self(format!("{}: {error}", path.display()))
+    }
+}
+
+/// Chores of the Graticule workspace.
+#[derive(Parser)]
+#[command(bin_name = "cargo xtask")]
+struct Arguments {
+    #[command(subcommand)]
+    chore: Chore,
+}
+
+#[derive(Subcommand)]
+enum Chore {
+    /// Check that modules and crates use only what stands above them.
+    Layers,
+    /// Check the tables of equations in `papers/`.
+    Papers,
+    /// Run every mesh of a folder through the command and compare with the accepted table.
+    Corpus(corpus::Options),
+    /// Measure the command on patches of growing size and print the tables of `BENCHMARKS.md`.
+    Bench(bench::Options),
+    /// Make the picture of the README anew.
+    Picture,
+}
+
+fn main() -> ExitCode {
+    match run(&Arguments::parse().chore) {
+        Ok(sentence) => {
+            println!("{sentence}");
+            ExitCode::SUCCESS
+        }
+        Err(Trouble(text)) => {
+            eprintln!("{text}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(chore: &Chore) -> Result<String, Trouble> {
+    let root = workspace_root();
+    match chore {
+        Chore::Layers => layers::check(&root),
+        Chore::Papers => papers::check(&root),
+        Chore::Corpus(options) => corpus::run(&root, options),
+        Chore::Bench(options) => bench::run(&root, options),
+        Chore::Picture => picture::run(&root),
+    }
+}
+
+/// The folder of the workspace: the parent of this package's.
+fn workspace_root() -> PathBuf {
+    let package = Path::new(env!("CARGO_MANIFEST_DIR"));
+    package.parent().unwrap_or(package).to_path_buf()
+}
+
+/// Builds the command with the release profile and returns its path.
+fn build_release(root: &Path) -> Result<PathBuf, Trouble> {
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let status = Command::new(cargo)
+        .args(["build", "--release", "--package", "graticule-cli"])
+        .current_dir(root)
+        .status();
+    match status {
+        Ok(status) if status.success() => Ok(target_folder(root).join("release/graticule")),
+        Ok(status) => Err(Trouble(format!("the command could not be built: {status}"))),
+        Err(error) => Err(Trouble(format!("cargo could not be started: {error}"))),
+    }
+}
+
+/// Where cargo builds.
+fn target_folder(root: &Path) -> PathBuf {
+    std::env::var_os("CARGO_TARGET_DIR")
+        .map_or_else(|| root.join("target"), |folder| root.join(folder))
+}

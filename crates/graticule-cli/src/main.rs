@@ -1,2 +1,65 @@
-//! The command `graticule`.
-fn main() {}
+//! The command `graticule`: files in, files, pictures and reports out. It adds no algorithm to
+//! the library.
+#![forbid(unsafe_code)]
+
+mod arguments;
+mod commands;
+mod console;
+mod failure;
+mod mask;
+mod mesh_input;
+mod mesh_output;
+mod outcome;
+mod output;
+mod picture;
+mod repair_options;
+mod report;
+mod session;
+mod tables;
+mod uvs;
+
+use std::process::ExitCode;
+use std::sync::Arc;
+
+use clap::Parser;
+
+use arguments::{Arguments, Command};
+use commands::{cite, demo, flatten, info, measure, repair};
+use console::Console;
+use failure::Failure;
+use session::Session;
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let console = Arc::new(Console::new(arguments.common.quiet));
+    match run(arguments, &console) {
+        Ok(()) => {
+            console.finish();
+            ExitCode::SUCCESS
+        }
+        Err(failure) => {
+            console.failure(&failure);
+            failure.exit_code()
+        }
+    }
+}
+
+fn run(arguments: Arguments, console: &Arc<Console>) -> Result<(), Failure> {
+    let session = Session::start(arguments.common, Arc::clone(console))?;
+    run_command(&arguments.command, &session).map_err(|failure| match session.check() {
+        // Whatever was being done: that it was stopped is the reason.
+        Err(stopped) => stopped,
+        Ok(()) => failure,
+    })
+}
+
+fn run_command(command: &Command, session: &Session) -> Result<(), Failure> {
+    match command {
+        Command::Demo(options) => demo::run(options, session),
+        Command::Info(options) => info::run(options, session),
+        Command::Repair(options) => repair::run(options, session),
+        Command::Flatten(options) => flatten::run(options, session),
+        Command::Measure(options) => measure::run(options, session),
+        Command::Cite(options) => cite::run(options, session),
+    }
+}

@@ -3,11 +3,36 @@
 //! A tolerance compares two quantities of the same kind, so that scaling a model changes nothing.
 //! Code elsewhere names one of these constants; it never writes a small number of its own.
 
-/// Largest relative residual `|Ax - b| / (|A| |x| + |b|)` accepted from a linear solver.
-///
-/// A backward stable factorisation of a mesh Laplacian with a million unknowns stays below 1e-13;
 /// four digits of margin tell a broken solution from an ordinary one.
 pub const LINEAR_RESIDUAL: f64 = 1e-9;
+
+/// Height of a triangle, over its longest side, up to which it counts as having no area.
+///
+/// Collinear points computed in double precision come out some 1e-16 off the line; scans and CAD
+/// data in single precision hold true slivers down to about 1e-8.
+pub const COLLINEAR_HEIGHT: f64 = 1e-12;
+
+/// Height of a triangle, over its longest side, below which it is noted as a sliver.
+pub const SLIVER_HEIGHT: f64 = 1e-3;
+
+/// Volume of a closed component, over its extent cubed, up to which it has no inside.
+///
+/// The sum of a million signed tetrahedra is good to about 1e-13.
+pub const FLAT_VOLUME: f64 = 1e-12;
+
+/// Extent of a component, over that of the whole, below which it is noted as tiny.
+pub const TINY_COMPONENT: f64 = 1e-3;
+
+/// Distance of a vertex from an edge, over the edge's length, up to which it counts as lying on it:
+/// above the rounding of single precision files.
+pub const ON_EDGE: f64 = 1e-6;
+
+/// Least gain in shape (mean ratio, `0.0..=1.0`) for which a diagonal is exchanged. Below it lies
+/// rounding, which must not decide between equals.
+pub const SHAPE_GAIN: f64 = 1e-9;
+
+/// Bound on the rounding of a product of two differences of coordinates within `-2.0..=2.0`.
+pub const UNIT_ROUNDING: f64 = 1e-14;
 
 /// Height over longest side below which a triangle counts as degenerate and is not to be divided by.
 ///
@@ -36,6 +61,90 @@ pub const FLIP_SINE: f64 = 1e-14;
 /// share of its cotangents at most, and is set to 0.
 pub const FLIP_SHARE: f64 = 1e-12;
 
+/// Height over longest side at or below which a triangle in space has no measurable shape.
+///
+/// A coordinate of the size of the triangle is rounded by up to 2^-53; a triangle this thin is
+/// known to no more than a few bits, and the distortion of a map of it would be noise. Needles with
+/// sides in the ratio 1e6 stay far above.
+pub const FLAT_TRIANGLE: f64 = 1.0 / (1_u64 << 46) as f64;
+
+/// Share of the area that a triangle should have in a map, by its area in space and the area of
+/// the whole map, below which it counts as degenerate and is left out of distortion figures.
+///
+/// Measured maps come from files with as few as six digits: a triangle meant to be a line or a point
+/// has an area of rounding noise, and figures like the stretch would follow that noise.
+pub const DEGENERATE_MAP_AREA: f64 = 1e-10;
+
+/// Relative residual above which a solution is refined: a few units in the last place times the
+/// growth of an ordinary elimination. Below it a refinement step gains nothing.
+pub const REFINED_RESIDUAL: f64 = 1e-14;
+
+/// A pivot smaller than this share of the diagonal entry it came from has lost all its digits: the
+/// matrix is singular to working precision. Rounding leaves 1e-15 to 1e-14 where the exact pivot
+/// is zero; pivots of definite systems of needle triangles stay above 1e-12.
+pub const SINGULAR_PIVOT: f64 = 1e-13;
+
+/// Pivots below this are replaced in the regularised factorisation of an indefinite matrix whose
+/// largest entries are near one: rounding errors of such a factorisation.
+pub const REGULARISED_PIVOT: f64 = 1e-12;
+
+/// What replaces them: the square root of the rounding unit, half the digits for the
+/// factorisation and half for the refinement.
+pub const PIVOT_REPLACEMENT: f64 = 1e-8;
+
+/// A constraint whose part independent of the earlier ones is below this share of it is implied by
+/// them, and agrees with them if its value does to this share of the values involved.
+pub const DEPENDENT_CONSTRAINT: f64 = 1e-10;
+
+/// Share of the mean step below which a boundary edge is laid down as if it were that long.
+///
+/// Two boundary vertices at one place of the curve would make a triangle collapse; 1e-4 of a step
+/// shows nowhere and is a million times the precision of the coordinates of a long boundary.
+pub const BOUNDARY_STEP: f64 = 1e-4;
+
+/// Height over length of the bow that a stretch of a rectangle's side gets where an inner edge cuts
+/// it off.
+///
+/// A triangle there gets a height of a sixteenth of its base: flat to the eye, far from degenerate.
+pub const SIDE_BOW: f64 = 1.0 / 16.0;
+
+/// Share of the boundary's length over which its turning is averaged to find corners, either way,
+/// and the least distance of two corners.
+///
+/// Long enough to see past the zigzag of single edges, short enough for a strip of 1 to 18.
+pub const CORNER_WINDOW: f64 = 1.0 / 40.0;
+
+/// Turning, in radians, that four corners must hold together to count as corners.
+///
+/// Half a turn: a rectangle's hold a whole one, any four stretches of a circle a tenth of it.
+pub const CORNER_TURNING: f64 = std::f64::consts::PI;
+
+/// A correction smaller than this share of the solution ends the refinement.
+///
+/// Corrections shrink by the condition number times rounding, so that the next one would be far
+/// below the 1e-10 to which maps are compared.
+pub const REFINED: f64 = 1e-11;
+
+/// A last correction larger than this share of the solution says that the solution is not
+/// determined: it is made of rounding errors.
+///
+/// Corrections of ordinary patches end below 1e-9 even with a million vertices.
+pub const DETERMINED: f64 = 1e-6;
+
+/// Relative accuracy of an eigenvector at which the iteration ends.
+///
+/// The step after it gains further digits; the residual is checked against [`LINEAR_RESIDUAL`].
+pub const EIGENVECTOR: f64 = 1e-12;
+
+/// What rounding leaves of a difference that should be zero, relative to its terms.
+pub const ROUNDING: f64 = f64::EPSILON;
+
+/// Area of a map over its Dirichlet energy below which it counts as collapsed to a line.
+///
+/// The share is 1 for a conformal map. Scaling such a map to a given area would only blow up
+/// rounding errors.
+pub const COLLAPSED_AREA: f64 = 1e-9;
+
 /// Largest number of vertices in the disk that a curvature is averaged over.
 ///
 /// An even sampling has some 40 within three mean edge lengths. Where the sampling is much finer
@@ -63,50 +172,3 @@ pub const NO_DIRECTION: f64 = 1e-12;
 ///
 /// A hundredth of a degree at the finest symmetry: no singularity moves any more.
 pub const FIELD_AT_REST: f64 = 1e-4;
-/// Relative residual above which a solution is refined: a few units in the last place times the
-/// growth of an ordinary elimination. Below it a refinement step gains nothing.
-pub const REFINED_RESIDUAL: f64 = 1e-14;
-
-/// A pivot smaller than this share of the diagonal entry it came from has lost all its digits: the
-/// matrix is singular to working precision. Rounding leaves 1e-15 to 1e-14 where the exact pivot
-/// is zero; pivots of definite systems of needle triangles stay above 1e-12.
-pub const SINGULAR_PIVOT: f64 = 1e-13;
-
-/// Pivots below this are replaced in the regularised factorisation of an indefinite matrix whose
-/// largest entries are near one: rounding errors of such a factorisation.
-pub const REGULARISED_PIVOT: f64 = 1e-12;
-
-/// What replaces them: the square root of the rounding unit, half the digits for the
-/// factorisation and half for the refinement.
-pub const PIVOT_REPLACEMENT: f64 = 1e-8;
-
-/// A constraint whose part independent of the earlier ones is below this share of it is implied by
-/// them, and agrees with them if its value does to this share of the values involved.
-pub const DEPENDENT_CONSTRAINT: f64 = 1e-10;
-/// Height of a triangle, over its longest side, up to which it counts as having no area.
-///
-/// Collinear points computed in double precision come out some 1e-16 off the line; scans and CAD
-/// data in single precision hold true slivers down to about 1e-8.
-pub const DEGENERATE_HEIGHT: f64 = 1e-12;
-
-/// Height of a triangle, over its longest side, below which it is noted as a sliver.
-pub const SLIVER_HEIGHT: f64 = 1e-3;
-
-/// Volume of a closed component, over its extent cubed, up to which it has no inside.
-///
-/// The sum of a million signed tetrahedra is good to about 1e-13.
-pub const FLAT_VOLUME: f64 = 1e-12;
-
-/// Extent of a component, over that of the whole, below which it is noted as tiny.
-pub const TINY_COMPONENT: f64 = 1e-3;
-
-/// Distance of a vertex from an edge, over the edge's length, up to which it counts as lying on it:
-/// above the rounding of single precision files.
-pub const ON_EDGE: f64 = 1e-6;
-
-/// Least gain in shape (mean ratio, `0.0..=1.0`) for which a diagonal is exchanged. Below it lies
-/// rounding, which must not decide between equals.
-pub const SHAPE_GAIN: f64 = 1e-9;
-
-/// Bound on the rounding of a product of two differences of coordinates within `-2.0..=2.0`.
-pub const UNIT_ROUNDING: f64 = 1e-14;

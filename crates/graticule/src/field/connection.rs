@@ -63,35 +63,4 @@ impl Connection {
     pub(super) fn conjugate(&self) -> DVec2 {
         DVec2::new(self.rotation.x, -self.rotation.y)
     }
-
-    /// The entries on and below the diagonal that the edge adds to the matrix of the form, in the
-    /// rows and columns of free vertices; unknowns `2i` and `2i + 1` are the two parts of `uᵢ`.
-    pub(super) fn lower_entries(
-        &self,
-        is_free: impl Fn(VertexId) -> bool,
-    ) -> impl Iterator<Item = (usize, usize, f64)> {
-        let [i, j] = self.ends.map(|vertex| 2 * vertex.index());
-        let [free_i, free_j] = self.ends.map(is_free);
-        let Self {
-            weight, rotation, ..
-        } = *self;
-        // The block in the rows of j and the columns of i is -w R.
-        let block = [
-            (j, i, -weight * rotation.x),
-            (j, i + 1, weight * rotation.y),
-            (j + 1, i, -weight * rotation.y),
-            (j + 1, i + 1, -weight * rotation.x),
-        ];
-        let of_i = [i, i + 1].map(|unknown| (unknown, unknown, weight));
-        let of_j = [j, j + 1].map(|unknown| (unknown, unknown, weight));
-        let below =
-            |(row, column, value): (usize, usize, f64)| (row.max(column), row.min(column), value);
-        let between = block
-            .into_iter()
-            .map(below)
-            .filter(move |_| free_i && free_j);
-        between
-            .chain(of_i.into_iter().filter(move |_| free_i))
-            .chain(of_j.into_iter().filter(move |_| free_j))
-    }
 }

@@ -8,7 +8,7 @@ use crate::geometry::{
     IntrinsicTriangulation, cotangent_weights, divergence, gradients, vertex_areas,
 };
 use crate::mesh::{Element, FaceId, PerComponent, PerFace, PerVertex, Topology, TriangleMesh};
-use crate::solve::{DirichletSystem, Graph, Ordering, SymmetricMatrix};
+use crate::solve::{DirichletSystem, Placement, SymmetricMatrix};
 use crate::watch::Watch;
 
 /// How curl is corrected.
@@ -160,8 +160,8 @@ fn solve(
     wanted: &PerFace<DVec2>,
 ) -> Result<(PerVertex<f64>, f64), FieldError> {
     let weights = cotangent_weights(triangulation)?;
-    let pairs = weights.ends.iter().map(|ends| ends.map(|vertex| vertex.0));
-    let edges = pairs.clone().zip(weights.weights.iter().copied());
+    let pairs = weights.ends.iter().map(|ends| ends.map(Element::index));
+    let edges = pairs.zip(weights.weights.iter().copied());
     let count = triangulation.vertex_count();
     let matrix = SymmetricMatrix::laplacian(count, edges)?;
     let mut held = PerComponent::filled(topology.components.len(), usize::MAX);
@@ -173,8 +173,8 @@ fn solve(
             .map(|v| v.index())
             .fold(*held, usize::min);
     }
-    let ordering = Ordering::for_mesh(&Graph::from_edges(count, pairs), positions.as_slice());
-    let system = DirichletSystem::new(&matrix, held.as_slice(), Some((&ordering).into()))?;
+    let placement = Placement::at(positions.as_slice());
+    let system = DirichletSystem::new(&matrix, held.as_slice(), placement)?;
     // The Laplacian is minus the divergence of the gradient.
     let loads: Vec<f64> = divergence(triangulation, wanted)
         .iter()

@@ -1,5 +1,6 @@
 use std::f64::consts::TAU;
 
+use faer::c64;
 use glam::{DVec2, DVec3};
 use serde::Serialize;
 
@@ -7,7 +8,7 @@ use super::connection::ConnectionLaplacian;
 use super::{CrossField, FieldError, Guidance, Symmetry};
 use crate::geometry::{IntrinsicTriangulation, vertex_areas};
 use crate::mesh::{Element, PerVertex, VertexId};
-use crate::solve::{Cholesky, Graph, Ordering, SymmetricMatrix};
+use crate::solve::{HermitianCholesky, HermitianMatrix, Placement, SymmetricMatrix};
 use crate::tolerance::{FIELD_AT_REST, NO_DIRECTION};
 use crate::watch::Watch;
 
@@ -182,41 +183,36 @@ impl System {
         })
     }
 
-    /// Fixed vertices keep a row of the unit matrix.
-    fn factor(
-        &self,
-        triangulation: &IntrinsicTriangulation,
-        positions: &PerVertex<DVec3>,
-        watch: &Watch,
-    ) -> Result<Cholesky, FieldError> {
-        let _stage = watch.stage("factorisation");
+    /// The matrix of the form, complex and Hermitian. Fixed vertices keep a row of the unit matrix.
+    fn matrix(&self) -> Result<HermitianMatrix, FieldError> {
+        let is_free = |vertex: VertexId| self.fixed[vertex].is_none();
         let count = self.masses.len();
-        let free = |vertex: VertexId| self.fixed[vertex].is_none();
-        let kept = self
-            .connection
-            .edges
-            .iter()
-            .flat_map(|edge| edge.lower_entries(free));
-        let edges = kept.map(|(row, column, value)| (row, column, self.smoothing * value));
-        let diagonal = (0..2 * count).map(|unknown| {
-            let vertex = VertexId::from_index(unknown / 2);
+        let mut diagonal = PerVertex::from_fn(count, |vertex: VertexId| {
             let own = self.weights[vertex] + DIFFUSION * self.masses[vertex];
-            (unknown, unknown, if free(vertex) { own } else { 1.0 })
+            if is_free(vertex) { own } else { 1.0 }
         });
-        let matrix = SymmetricMatrix::from_triplets(2 * count, edges.chain(diagonal))?;
-        let pairs = triangulation.edges().map(|edge| {
-            triangulation
-                .ends(triangulation.edge_halfedge(edge))
-                .map(|vertex| vertex.0)
-        });
-        let graph = Graph::from_edges(count, pairs);
-        let ordering = Ordering::for_mesh(&graph, positions.as_slice()).expanded(2);
-        watch.check()?;
-        Ok(Cholesky::new(&matrix, &ordering)?)
+        let [mut real, mut imaginary] = [Vec::new(), Vec::new()];
+        for edge in &self.connection.edges {
+            let weight = self.smoothing * edge.weight;
+            for vertex in edge.ends.into_iter().filter(|&vertex| is_free(vertex)) {
+                diagonal[vertex] += weight;
+            }
+            let [i, j] = edge.ends.map(Element::index);
+            if edge.ends.into_iter().all(is_free) {
+                real.push((j, i, -weight * edge.rotation.x));
+                imaginary.push((j, i, -weight * edge.rotation.y));
+            }
+        }
+        let diagonal = diagonal
+            .iter()
+            .enumerate()
+            .map(|(index, &value)| (index, index, value));
+        let real = SymmetricMatrix::from_triplets(count, real.into_iter().chain(diagonal))?;
+        Ok(HermitianMatrix::new(&real, imaginary)?)
     }
 
     /// The right-hand side: guidance, diffusion from `powers`, and what fixed neighbours bring.
-    fn right_side(&self, powers: &PerVertex<DVec2>) -> Vec<f64> {
+    fn right_side(&self, powers: &PerVertex<DVec2>) -> Vec<c64> {
         let mut sides = PerVertex::from_fn(powers.len(), |vertex: VertexId| {
             let diffused = powers[vertex] * (DIFFUSION * self.masses[vertex]);
             self.fixed[vertex].unwrap_or(self.pulls[vertex] + diffused)
@@ -230,7 +226,7 @@ impl System {
                 _ => {}
             }
         }
-        sides.iter().flat_map(|side| side.to_array()).collect()
+        sides.iter().map(|side| c64::new(side.x, side.y)).collect()
     }
 
     fn guidance_energy(&self, powers: &PerVertex<DVec2>) -> f64 {
@@ -244,11 +240,30 @@ impl System {
 
 struct Diffusion<'a> {
     system: &'a System,
-    factor: &'a Cholesky,
+    matrix: HermitianMatrix,
+    factor: HermitianCholesky,
     residual: f64,
 }
 
-impl Diffusion<'_> {
+impl<'a> Diffusion<'a> {
+    fn new(
+        system: &'a System,
+        positions: &PerVertex<DVec3>,
+        watch: &Watch,
+    ) -> Result<Self, FieldError> {
+        let _stage = watch.stage("factorisation");
+        let matrix = system.matrix()?;
+        let ordering = Placement::at(positions.as_slice()).ordering(matrix.pattern())?;
+        watch.check()?;
+        let factor = HermitianCholesky::new(&matrix, &ordering)?;
+        Ok(Self {
+            system,
+            matrix,
+            factor,
+            residual: 0.0,
+        })
+    }
+
     /// Guidance carried into the places without; seeded phases where none arrives.
     fn start(&mut self, guidance: &Guidance, seed: u64) -> Result<PerVertex<DVec2>, FieldError> {
         let count = guidance.vertex_count();
@@ -264,13 +279,15 @@ impl Diffusion<'_> {
     }
 
     fn diffuse(&mut self, powers: &PerVertex<DVec2>) -> Result<PerVertex<DVec2>, FieldError> {
-        let solution = self.factor.solve(&self.system.right_side(powers))?;
-        self.residual = self.residual.max(solution.residual);
+        let side = self.system.right_side(powers);
+        let solution = self.factor.solve(&side)?;
+        self.residual = self
+            .residual
+            .max(relative_residual(&self.matrix, &solution, &side));
         Ok(PerVertex::new(
             solution
-                .values
-                .chunks_exact(2)
-                .map(|pair| DVec2::new(pair[0], pair[1]))
+                .iter()
+                .map(|value| DVec2::new(value.re, value.im))
                 .collect(),
         ))
     }
@@ -301,6 +318,17 @@ impl Diffusion<'_> {
         }
         Ok((powers, steps, change))
     }
+}
+
+/// `|Ax - b| / (|A| |x| + |b|)` in largest entries and row sums.
+fn relative_residual(matrix: &HermitianMatrix, solution: &[c64], side: &[c64]) -> f64 {
+    let largest =
+        |values: &mut dyn Iterator<Item = c64>| values.map(|v| v.norm()).fold(0.0, f64::max);
+    let product = matrix.multiply(solution);
+    let rest = largest(&mut product.iter().zip(side).map(|(a, b)| a - b));
+    let size = matrix.row_sum_norm() * largest(&mut solution.iter().copied())
+        + largest(&mut side.iter().copied());
+    if size > 0.0 { rest / size } else { 0.0 }
 }
 
 /// Phases that neighbours do not share, the same on every machine: multiples of the golden ratio.

@@ -73,6 +73,12 @@ impl IntrinsicTriangulation {
         Ok(Self::assemble(mesh, PerFace::new(shapes)))
     }
 
+    /// Triangles with the connectivity of a mesh and the given shapes, which the caller vouches for:
+    /// one for each triangle, equal in the lengths of common edges, of about unit size.
+    pub(crate) fn from_shapes(mesh: &TriangleMesh, shapes: PerFace<TriangleShape>) -> Self {
+        Self::assemble(mesh, shapes)
+    }
+
     fn assemble(mesh: &TriangleMesh, shapes: PerFace<TriangleShape>) -> Self {
         let twin = |halfedge| mesh.twin(halfedge).map_or(NONE, |twin| twin.0);
         let mut triangulation = Self {

@@ -6,6 +6,7 @@ mod dirichlet;
 mod eigen;
 mod error;
 mod fronts;
+mod hermitian;
 mod iterative;
 mod ldlt;
 mod lu;
@@ -21,6 +22,7 @@ pub use cholesky::Cholesky;
 pub use dirichlet::{DirichletLu, DirichletSystem};
 pub use eigen::{EigenOptions, Eigenpair, smallest_eigenvector};
 pub use error::SolveError;
+pub use hermitian::{HermitianCholesky, HermitianMatrix};
 pub use iterative::{
     ConjugateGradientOptions, ConjugateGradientSolution, LinearOperator, ParallelMatrix,
     conjugate_gradients,

@@ -97,7 +97,7 @@ fn find_shape_defects(soup: &PolygonSoup, usable: &UsablePolygons, defects: &mut
         if shape.has_zero_side {
             defects.zero_length_edges.push(polygon);
         }
-        if shape.height <= tolerance::DEGENERATE_HEIGHT {
+        if shape.height <= tolerance::COLLINEAR_HEIGHT {
             defects.zero_area.push(polygon);
         } else if shape.height < tolerance::SLIVER_HEIGHT && vertices.len() == 3 {
             defects.slivers.push(polygon);

@@ -58,7 +58,7 @@ pub struct Defects {
     /// Polygons with two different vertices at one position in a row.
     pub zero_length_edges: ElementList<u32>,
     /// Polygons without area, relative to their longest side
-    /// ([`DEGENERATE_HEIGHT`](crate::tolerance::DEGENERATE_HEIGHT)).
+    /// ([`COLLINEAR_HEIGHT`](crate::tolerance::COLLINEAR_HEIGHT)).
     pub zero_area: ElementList<u32>,
     /// Thin triangles ([`SLIVER_HEIGHT`](crate::tolerance::SLIVER_HEIGHT)) that have an area.
     pub slivers: ElementList<u32>,

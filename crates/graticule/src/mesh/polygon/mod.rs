@@ -159,14 +159,14 @@ fn facing(positions: &[DVec3]) -> Option<DVec3> {
     if !area.is_finite() || !scale.is_finite() {
         return None;
     }
-    if area.length() > tolerance::DEGENERATE_HEIGHT * scale {
+    if area.length() > tolerance::COLLINEAR_HEIGHT * scale {
         return Some(area);
     }
     let widest = positions
         .iter()
         .map(|&position| extent.cross(position - origin))
         .max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()))?;
-    (widest.length() > tolerance::DEGENERATE_HEIGHT * scale).then_some(widest)
+    (widest.length() > tolerance::COLLINEAR_HEIGHT * scale).then_some(widest)
 }
 
 #[cfg(test)]

@@ -70,7 +70,7 @@ fn flat_triangles(draft: &Draft) -> Vec<u32> {
 fn is_flat(draft: &Draft, triangle: u32) -> bool {
     let corners = draft.triangles[triangle as usize].iter();
     let shape = face_shape(corners.map(|&vertex| draft.positions[vertex as usize]));
-    shape.height <= tolerance::DEGENERATE_HEIGHT
+    shape.height <= tolerance::COLLINEAR_HEIGHT
 }
 
 /// Components all of whose triangles are without area hold no surface.
@@ -150,7 +150,7 @@ impl<'a> Surgery<'a> {
             })
         };
         let [longest, shortest] = [pick(|a, b| a > b), pick(|a, b| a < b)];
-        if lengths[shortest] <= tolerance::DEGENERATE_HEIGHT * lengths[longest] {
+        if lengths[shortest] <= tolerance::COLLINEAR_HEIGHT * lengths[longest] {
             return self.collapse(sides[shortest]);
         }
         let side = sides[longest];

@@ -1,0 +1,106 @@
+//! `graticule flatten`: a patch laid flat, written as the mesh that was read with texture
+//! coordinates.
+
+mod method;
+mod options;
+mod piece;
+
+use glam::DVec2;
+use graticule::flatten::FlatMap;
+use graticule::measure::{MapMeasure, corner_uvs, measure_map};
+use graticule::mesh::{NO_VALUE, PerCorner, PerVertex, Surface};
+use graticule_draw::Picture;
+use serde_json::{Value, json};
+
+use crate::failure::Failure;
+use crate::mesh_input::{Input, repair_to_report};
+use crate::outcome::Outcome;
+use crate::picture::map_picture;
+use crate::report::{Report, to_value};
+use crate::session::Session;
+use crate::tables::measure_table;
+use crate::uvs;
+
+pub(crate) use options::Options;
+use options::Scale;
+use piece::Piece;
+
+/// Reads, repairs, flattens, measures, draws, writes.
+pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {
+    let plan = options.check(&session.common)?;
+    let input = Input::read(&options.mesh, session)?;
+    let mut outcome = Outcome::of(Report::new("flatten", session.options_to_report(options)?));
+    outcome.report.input = input.to_report();
+    let repaired = input.repaired(&options.repair_options(), session)?;
+    outcome.report.repair = repair_to_report(&repaired.changes)?;
+    let at_input = |failure: Failure| failure.at(input.path.display());
+    let piece = Piece::choose(&repaired, options.component).map_err(at_input)?;
+    let map = {
+        let _stage = session.watch.stage("flatten");
+        method::flat_map(options, &input.soup, &repaired, &piece, &session.watch)
+            .map_err(at_input)?
+    };
+    let uv = match options.scale() {
+        Scale::UnitSquare => map.unit_square_uv(),
+        Scale::AsMade => map.uv.clone(),
+    };
+    outcome.report.result = map_to_report(&map);
+    let judged = Judged::of(&piece.surface, &uv, session).map_err(at_input)?;
+    judged.tell(&mut outcome)?;
+    if let Some(format) = plan.picture_format() {
+        outcome.picture = Some(format.encode(&judged.draw(session).map_err(at_input)?));
+    }
+    let soup = uvs::put_into(input.soup, &repaired, &uv, |vertex| {
+        piece.vertex(vertex).map_or(NO_VALUE, |vertex| vertex.0)
+    });
+    outcome.mesh = Some(soup);
+    plan.finish(session, outcome)
+}
+
+/// A map with its measure.
+pub(super) struct Judged<'a> {
+    surface: &'a Surface,
+    corners: PerCorner<DVec2>,
+    measure: MapMeasure,
+}
+
+impl<'a> Judged<'a> {
+    /// Measures the map.
+    pub(super) fn of(
+        surface: &'a Surface,
+        uv: &PerVertex<DVec2>,
+        session: &Session,
+    ) -> Result<Self, Failure> {
+        let corners = corner_uvs(surface.mesh(), uv);
+        Ok(Self {
+            surface,
+            measure: measure_map(surface, &corners, &session.watch)?,
+            corners,
+        })
+    }
+
+    /// Puts the measure into report and remarks.
+    pub(super) fn tell(&self, outcome: &mut Outcome) -> Result<(), Failure> {
+        outcome.report.measure = to_value(&self.measure)?;
+        outcome.remarks = measure_table(&self.measure).to_string();
+        Ok(())
+    }
+
+    /// Draws the map.
+    pub(super) fn draw(&self, session: &Session) -> Result<Picture, Failure> {
+        let _stage = session.watch.stage("draw");
+        Ok(map_picture(self.surface, &self.corners, &self.measure)?)
+    }
+}
+
+/// What the report tells of a map beside its measure.
+pub(super) fn map_to_report(map: &FlatMap) -> Value {
+    json!({
+        "method": map.method,
+        "vertices": map.uv.len(),
+        "residual": map.residual,
+        "flips": map.flips,
+        "flip_free_in_theory": map.flip_free_in_theory,
+        "energy": map.energy,
+    })
+}

@@ -1,0 +1,8 @@
+//! The commands, a module each.
+
+pub(crate) mod cite;
+pub(crate) mod demo;
+pub(crate) mod flatten;
+pub(crate) mod info;
+pub(crate) mod measure;
+pub(crate) mod repair;

@@ -1,0 +1,91 @@
+//! The mesh that a command reads, and its way to a sound surface.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use graticule::mesh::{PolygonSoup, RepairChanges, RepairOptions, Repaired, repair};
+use graticule_io::{Format, read_file};
+use serde_json::{Value, json};
+
+use crate::failure::Failure;
+use crate::report::to_value;
+use crate::session::Session;
+
+/// A mesh file that was read.
+pub(crate) struct Input {
+    pub(crate) path: PathBuf,
+    pub(crate) format: Format,
+    /// Size of the file; `None` for a pipe.
+    pub(crate) bytes: Option<u64>,
+    pub(crate) soup: PolygonSoup,
+}
+
+impl Input {
+    /// Reads the file and passes its warnings on.
+    pub(crate) fn read(path: &Path, session: &Session) -> Result<Self, Failure> {
+        let _stage = session.watch.stage("read");
+        let file = read_file(path).map_err(|error| Failure::from(error).at(path.display()))?;
+        session.check()?;
+        for warning in file.warnings {
+            session.watch.warn(warning.code, warning.message);
+        }
+        let metadata = fs::metadata(path).ok().filter(fs::Metadata::is_file);
+        Ok(Self {
+            path: path.to_path_buf(),
+            format: file.format,
+            bytes: metadata.map(|metadata| metadata.len()),
+            soup: file.soup,
+        })
+    }
+
+    /// The surface that the file describes, repaired.
+    pub(crate) fn repaired(
+        &self,
+        options: &RepairOptions,
+        session: &Session,
+    ) -> Result<Repaired, Failure> {
+        repair(&self.soup, options, &session.watch)
+            .map_err(|error| Failure::from(error).at(self.path.display()))
+    }
+
+    /// What the report tells of the file.
+    pub(crate) fn to_report(&self) -> Value {
+        let soup = &self.soup;
+        json!({
+            "path": self.path.to_string_lossy(),
+            "format": self.format.extension(),
+            "bytes": self.bytes,
+            "vertices": soup.positions.len(),
+            "polygons": soup.polygons.len(),
+            "corners": soup.polygons.corner_count(),
+            "polylines": soup.polylines.len(),
+            "attributes": attributes_to_report(soup),
+        })
+    }
+}
+
+fn attributes_to_report(soup: &PolygonSoup) -> Value {
+    let attributes = &soup.attributes;
+    let names = |labels: &Option<graticule::mesh::PolygonLabels>| {
+        labels.as_ref().map_or(0, |labels| labels.names.len())
+    };
+    json!({
+        "uv_sets": attributes.uv_sets.iter().map(|set| set.name.as_str()).collect::<Vec<_>>(),
+        "normals": attributes.normals.is_some(),
+        "vertex_colors": attributes.vertex_colors.is_some(),
+        "objects": names(&attributes.objects),
+        "groups": names(&attributes.groups),
+        "materials": names(&attributes.materials),
+        "smoothing_groups": names(&attributes.smoothing_groups),
+        "material_libraries": attributes.material_libraries,
+    })
+}
+
+/// What the report tells of a repair.
+pub(crate) fn repair_to_report(changes: &RepairChanges) -> Result<Value, Failure> {
+    let mut report = to_value(changes)?;
+    if let Value::Object(fields) = &mut report {
+        fields.shift_insert(0, "changed".into(), (!changes.is_empty()).into());
+    }
+    Ok(report)
+}

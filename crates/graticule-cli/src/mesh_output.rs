@@ -1,0 +1,103 @@
+//! The mesh that a command writes: where to, and in which format.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use graticule::mesh::PolygonSoup;
+use graticule_io::{Format, UnknownFormat, write_to};
+
+use crate::failure::Failure;
+use crate::output::{extension, write_whole};
+use crate::session::Session;
+
+/// Standard output's name on the command line.
+const STDOUT: &str = "-";
+
+/// A mesh file that will be written.
+#[derive(Debug)]
+pub(crate) struct MeshOutput {
+    /// `None` is standard output.
+    path: Option<PathBuf>,
+    format: Format,
+}
+
+impl MeshOutput {
+    /// Settles place and format; nothing is touched.
+    pub(crate) fn new(path: &Path, format: Option<Format>) -> Result<Self, Failure> {
+        let to_stdout = path.as_os_str() == STDOUT;
+        let format = match format.or_else(|| Format::of_path(path)) {
+            Some(format) => format,
+            None if to_stdout => {
+                return Err(Failure::usage(
+                    "standard output has no ending that tells the format",
+                    "name the format: --format obj",
+                ));
+            }
+            None => {
+                return Err(Failure::usage(
+                    format!(
+                        "a mesh cannot be written as '{}' ({})",
+                        extension(path),
+                        path.display()
+                    ),
+                    "end its name in .obj, .ply, .off, .stl or .glb, or name the format: --format obj",
+                ));
+            }
+        };
+        if format == Format::Gltf {
+            return Err(Failure::usage(
+                "a mesh cannot be written as glTF in JSON",
+                "write it as .glb, which holds the same",
+            ));
+        }
+        Ok(Self {
+            path: (!to_stdout).then(|| path.to_path_buf()),
+            format,
+        })
+    }
+
+    /// The same output, if its format can hold texture coordinates.
+    pub(crate) fn with_uvs(self) -> Result<Self, Failure> {
+        if self.format == Format::Stl {
+            return Err(Failure::usage(
+                "STL cannot hold texture coordinates",
+                "write .obj, .ply or .glb",
+            ));
+        }
+        Ok(self)
+    }
+
+    pub(crate) fn is_stdout(&self) -> bool {
+        self.path.is_none()
+    }
+
+    pub(crate) fn path(&self) -> Option<&Path> {
+        self.path.as_deref()
+    }
+
+    /// Writes the mesh, and warns of what the format cannot hold.
+    pub(crate) fn write(&self, soup: &PolygonSoup, session: &Session) -> Result<(), Failure> {
+        let mut losses = Vec::new();
+        match &self.path {
+            Some(path) => write_whole(path, |mut out| {
+                losses = write_to(&mut out, soup, self.format).map_err(io::Error::other)?;
+                Ok(())
+            })?,
+            None => {
+                let mut bytes = Vec::new();
+                losses = write_to(&mut bytes, soup, self.format)?;
+                session.console.data(&bytes)?;
+            }
+        }
+        for loss in losses {
+            session.watch.warn(loss.code, loss.message);
+        }
+        Ok(())
+    }
+}
+
+/// A format by the ending of file names.
+pub(crate) fn parse_format(name: &str) -> Result<Format, String> {
+    name.parse()
+        .map_err(|error: UnknownFormat| error.to_string())
+}

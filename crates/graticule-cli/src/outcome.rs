@@ -1,0 +1,140 @@
+//! What a command has found out and where that goes.
+
+use std::path::{Path, PathBuf};
+
+use graticule::mesh::PolygonSoup;
+
+use crate::arguments::CommonOptions;
+use crate::failure::Failure;
+use crate::mesh_output::MeshOutput;
+use crate::output::{check_distinct, check_writable, write_whole};
+use crate::picture::PictureFormat;
+use crate::report::Report;
+use crate::session::Session;
+
+/// The files that a command was asked for, checked before any work.
+pub(crate) struct Plan {
+    reports: Vec<PathBuf>,
+    picture: Option<(PathBuf, PictureFormat)>,
+    mesh: Option<MeshOutput>,
+    json: bool,
+}
+
+impl Plan {
+    /// Checks the common options of a command that draws but writes no mesh.
+    pub(crate) fn check(common: &CommonOptions) -> Result<Self, Failure> {
+        Self::with_mesh(common, None)
+    }
+
+    /// Checks the common options of a command that has nothing to draw.
+    pub(crate) fn without_picture(common: &CommonOptions, command: &str) -> Result<Self, Failure> {
+        if common.picture.is_some() {
+            return Err(Failure::usage(
+                format!("'graticule {command}' draws no picture"),
+                "leave --picture out",
+            ));
+        }
+        Self::with_mesh(common, None)
+    }
+
+    /// Checks the common options and the mesh file of a command.
+    pub(crate) fn with_mesh(
+        common: &CommonOptions,
+        mesh: Option<MeshOutput>,
+    ) -> Result<Self, Failure> {
+        let picture = match &common.picture {
+            Some(path) => Some((path.clone(), PictureFormat::of(path)?)),
+            None => None,
+        };
+        let plan = Self {
+            reports: common.report.iter().cloned().collect(),
+            picture,
+            mesh,
+            json: common.json,
+        };
+        plan.check_files()?;
+        Ok(plan)
+    }
+
+    fn check_files(&self) -> Result<(), Failure> {
+        if self.json && self.mesh.as_ref().is_some_and(MeshOutput::is_stdout) {
+            return Err(Failure::usage(
+                "both the mesh and the report are to go to standard output",
+                "name a file for one of them: --report FILE.json or -o FILE",
+            ));
+        }
+        let mesh = self.mesh.as_ref().and_then(MeshOutput::path);
+        let picture = self.picture.as_ref().map(|(path, _)| path.as_path());
+        let reports = self.reports.iter().map(PathBuf::as_path);
+        let files: Vec<&Path> = mesh.into_iter().chain(picture).chain(reports).collect();
+        check_distinct(&files)?;
+        files.into_iter().try_for_each(check_writable)
+    }
+
+    /// Writes the report to one more file.
+    pub(crate) fn add_report(&mut self, path: PathBuf) -> Result<(), Failure> {
+        self.reports.push(path);
+        self.check_files()
+    }
+
+    /// The format of the picture that the user wants, if any.
+    pub(crate) fn picture_format(&self) -> Option<PictureFormat> {
+        self.picture.as_ref().map(|(_, format)| *format)
+    }
+
+    /// Writes mesh, picture and report, then standard output.
+    pub(crate) fn finish(self, session: &Session, mut outcome: Outcome) -> Result<(), Failure> {
+        session.begin_writing()?;
+        let watch = &session.watch;
+        let stage = watch.stage("write");
+        if let (Some(output), Some(soup)) = (&self.mesh, &outcome.mesh) {
+            output.write(soup, session)?;
+        }
+        for (path, bytes) in &outcome.files {
+            write_whole(path, |out| out.write_all(bytes))?;
+        }
+        if let (Some((path, _)), Some(picture)) = (&self.picture, &outcome.picture) {
+            write_whole(path, |out| out.write_all(picture))?;
+        }
+        drop(stage);
+        let json = outcome.report.to_json(watch)?;
+        for path in &self.reports {
+            write_whole(path, |out| out.write_all(json.as_bytes()))?;
+        }
+        if !outcome.remarks.is_empty() {
+            session.console.line(outcome.remarks.trim_end());
+        }
+        let text = if self.json { &json } else { &outcome.text };
+        session.console.data(text.as_bytes())
+    }
+}
+
+/// The results of a command.
+pub(crate) struct Outcome {
+    /// The report.
+    pub(crate) report: Report,
+    /// The mesh to write.
+    pub(crate) mesh: Option<PolygonSoup>,
+    /// The picture to write, encoded.
+    pub(crate) picture: Option<Vec<u8>>,
+    /// Further files with their content.
+    pub(crate) files: Vec<(PathBuf, Vec<u8>)>,
+    /// What goes to standard output where the report does not.
+    pub(crate) text: String,
+    /// What goes to standard error.
+    pub(crate) remarks: String,
+}
+
+impl Outcome {
+    /// Nothing but a report.
+    pub(crate) fn of(report: Report) -> Self {
+        Self {
+            report,
+            mesh: None,
+            picture: None,
+            files: Vec::new(),
+            text: String::new(),
+            remarks: String::new(),
+        }
+    }
+}

@@ -1,0 +1,69 @@
+//! Options of every command that repairs what it reads.
+
+use clap::{Args, ValueEnum};
+use graticule::mesh::{NonFinite, NonOrientable, RepairOptions, Weld};
+use serde::Serialize;
+
+/// How a mesh that is read becomes a surface.
+#[derive(Args, Clone, Copy, Debug, Serialize)]
+#[command(next_help_heading = "Repair")]
+pub(crate) struct RepairArguments {
+    /// Whether vertices at the same position become one
+    #[arg(long, value_enum, default_value_t = WeldArgument::Auto)]
+    weld: WeldArgument,
+    /// What to do with polygons that have a position that is not finite
+    #[arg(long, value_enum, default_value_t = NonFiniteArgument::Refuse)]
+    non_finite: NonFiniteArgument,
+    /// What to do with pieces that cannot be oriented
+    #[arg(long, value_enum, default_value_t = NonOrientableArgument::Refuse)]
+    non_orientable: NonOrientableArgument,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum, Serialize)]
+#[serde(rename_all = "kebab-case")]
+enum WeldArgument {
+    /// Where that closes a seam; cuts stay open
+    Auto,
+    /// All of them
+    Always,
+    /// None
+    Never,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum, Serialize)]
+#[serde(rename_all = "kebab-case")]
+enum NonFiniteArgument {
+    /// Refuse the mesh, naming the vertex
+    Refuse,
+    /// Drop these polygons
+    Drop,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum, Serialize)]
+#[serde(rename_all = "kebab-case")]
+enum NonOrientableArgument {
+    /// Refuse the mesh, naming an edge
+    Refuse,
+    /// Cut them open
+    Cut,
+}
+
+impl From<&RepairArguments> for RepairOptions {
+    fn from(arguments: &RepairArguments) -> Self {
+        Self {
+            weld: match arguments.weld {
+                WeldArgument::Auto => Weld::Auto,
+                WeldArgument::Always => Weld::Always,
+                WeldArgument::Never => Weld::Never,
+            },
+            non_finite: match arguments.non_finite {
+                NonFiniteArgument::Refuse => NonFinite::Refuse,
+                NonFiniteArgument::Drop => NonFinite::DropPolygons,
+            },
+            non_orientable: match arguments.non_orientable {
+                NonOrientableArgument::Refuse => NonOrientable::Refuse,
+                NonOrientableArgument::Cut => NonOrientable::CutOpen,
+            },
+        }
+    }
+}

@@ -1,0 +1,70 @@
+//! The report: one envelope for all commands. `docs/report.md` describes its keys.
+
+use graticule::watch::{StageTime, Warning, Watch};
+use serde::Serialize;
+use serde_json::Value;
+
+use crate::failure::Failure;
+
+/// Everything a run has found out, in the order written.
+#[derive(Serialize)]
+pub(crate) struct Report {
+    graticule: &'static str,
+    command: &'static str,
+    pub(crate) input: Value,
+    pub(crate) options: Value,
+    pub(crate) repair: Value,
+    pub(crate) result: Value,
+    pub(crate) measure: Value,
+    warnings: Vec<Warning>,
+    times: Vec<StageTime>,
+    peak_memory_bytes: Option<u64>,
+}
+
+impl Report {
+    /// A report without figures yet.
+    pub(crate) fn new(command: &'static str, options: Value) -> Self {
+        Self {
+            graticule: env!("CARGO_PKG_VERSION"),
+            command,
+            input: Value::Null,
+            options,
+            repair: Value::Null,
+            result: Value::Null,
+            measure: Value::Null,
+            warnings: Vec::new(),
+            times: Vec::new(),
+            peak_memory_bytes: None,
+        }
+    }
+
+    /// The report as JSON, with the warnings and times that `watch` has kept until now.
+    pub(crate) fn to_json(&mut self, watch: &Watch) -> Result<String, Failure> {
+        self.warnings = watch.warnings();
+        self.times = watch.stage_times();
+        self.peak_memory_bytes = peak_memory_bytes();
+        let mut text = serde_json::to_string_pretty(self).map_err(not_json)?;
+        text.push('\n');
+        Ok(text)
+    }
+}
+
+/// Any figures as a JSON value.
+pub(crate) fn to_value(figures: &impl Serialize) -> Result<Value, Failure> {
+    serde_json::to_value(figures).map_err(not_json)
+}
+
+fn not_json(error: serde_json::Error) -> Failure {
+    Failure::new(
+        format!("the report could not be put into JSON: {error}"),
+        "this is a fault of graticule: please report it with the command and the file",
+    )
+}
+
+/// The most memory that this process has held at once, where the system tells (Linux).
+fn peak_memory_bytes() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
+    let kibibytes: u64 = line.split_whitespace().nth(1)?.parse().ok()?;
+    Some(kibibytes * 1024)
+}

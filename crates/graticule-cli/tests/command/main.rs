@@ -1,0 +1,10 @@
+//! The command as its users meet it: through the real binary.
+
+mod arguments;
+mod bench;
+mod demo;
+mod flatten;
+mod info;
+mod measure;
+mod repair;
+mod streams;

@@ -1,0 +1,66 @@
+//! `graticule measure`.
+
+use graticule_fixtures::{bumpy_patch, cube};
+
+use crate::bench::{Bench, obj};
+
+/// A unit square of two triangles with texture coordinates of twice the width.
+const STRETCHED: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 2 0\nvt 2 1\nvt 0 1\n\
+    f 1/1 2/2 3/3\nf 1/1 3/3 4/4\n";
+
+#[test]
+fn a_known_map_has_its_known_figures() {
+    let bench = Bench::new();
+    bench.write("mesh.obj", STRETCHED);
+    let run = bench.succeed("measure mesh.obj --report report.json");
+    assert!(
+        run.stdout.contains("quasi-conformal error"),
+        "{}",
+        run.stdout
+    );
+    let measure = &bench.json("report.json")["measure"];
+    let mean = measure["distortion"]["quasi_conformal_error"]["mean"]
+        .as_f64()
+        .unwrap();
+    assert!((mean - 2.0).abs() < 1e-12);
+    assert_eq!(measure["faces"]["flipped"], 0);
+    assert_eq!(measure["bijective"], true);
+}
+
+#[test]
+fn a_flip_is_counted() {
+    let bench = Bench::new();
+    // The fan's middle lies outside its rim in the map.
+    bench.write(
+        "mesh.obj",
+        "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 0.5 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n\
+         vt 0.5 -1\nf 1/1 2/2 5/5\nf 2/2 3/3 5/5\nf 3/3 4/4 5/5\nf 4/4 1/1 5/5\n",
+    );
+    bench.succeed("measure mesh.obj --report report.json");
+    let measure = &bench.json("report.json")["measure"];
+    assert_eq!(measure["faces"]["flipped"], 1);
+    assert_eq!(measure["bijective"], false);
+}
+
+#[test]
+fn a_flat_mesh_is_measured_against_its_reference() {
+    let bench = Bench::with(&bumpy_patch(4, 1));
+    let flat = bumpy_patch(4, 1).map(|p| glam::DVec3::new(p.x, p.y, 0.0));
+    bench.write("flat.obj", &obj(&flat));
+    let fact = bench.refuse(1, "measure flat.obj");
+    assert!(fact.contains("no texture coordinates"), "{fact}");
+    bench.succeed("measure flat.obj --reference patch.obj --report report.json");
+    let mean = &bench.json("report.json")["measure"]["distortion"]["quasi_conformal_error"]["mean"];
+    assert!(mean.as_f64().unwrap() > 1.0);
+    bench.write("cube.obj", &obj(&cube(1.0, 1)));
+    bench.refuse(1, "measure flat.obj --reference cube.obj");
+}
+
+#[test]
+fn a_set_that_is_not_there_is_told() {
+    let bench = Bench::new();
+    bench.write("mesh.obj", STRETCHED);
+    bench.succeed("measure mesh.obj --uv-set 0");
+    bench.refuse(1, "measure mesh.obj --uv-set 1");
+    bench.refuse(1, "measure mesh.obj --uv-set lightmap");
+}

@@ -1,0 +1,278 @@
+use std::ops::Range;
+
+use glam::DVec2;
+use rayon::prelude::*;
+
+use super::MeasureError;
+use super::box_tree::{Bounds, BoxTree};
+use super::islands::Islands;
+use super::uv_map::{UvMap, orientation};
+use crate::mesh::FaceId;
+use crate::watch::Watch;
+
+/// Leaves of the tree that one task searches.
+const LEAVES_PER_TASK: usize = 16;
+/// Tasks between two looks at what was found so far.
+const TASKS_PER_ROUND: usize = 64;
+
+/// Crossings at which counting stops: a map with this many has no more to say.
+pub(super) const CROSSING_LIMIT: u64 = 1_000_000;
+
+/// Pairs of border edges that cross in the interior of both.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Crossings {
+    pub(super) count: u64,
+    pub(super) complete: bool,
+}
+
+/// Counts the pairs of border edges whose interiors meet in one point (exact).
+///
+/// Edges that touch, at their ends or along a line, do not cross. Near-linear in the number of
+/// edges where few of their boxes overlap.
+pub(super) fn count_crossings(map: &UvMap<'_>, watch: &Watch) -> Result<Crossings, MeasureError> {
+    let (segments, copies) = distinct_segments(map);
+    let boxes: Vec<_> = segments.iter().map(|ends| Bounds::around(ends)).collect();
+    let tree = BoxTree::new(&boxes);
+    let mut count = 0;
+    for round in rounds(tree.leaf_count()) {
+        watch.check()?;
+        count += round
+            .into_par_iter()
+            .map(|leaves| crossings_of_leaves(&tree, leaves, &segments, &copies))
+            .sum::<u64>();
+        if count > CROSSING_LIMIT {
+            return Ok(Crossings {
+                count: CROSSING_LIMIT,
+                complete: false,
+            });
+        }
+    }
+    let complete = true;
+    Ok(Crossings { count, complete })
+}
+
+/// The segments along borders, and how many border edges lie on each: islands stacked exactly on
+/// each other would make a quadratic number of equal pairs.
+fn distinct_segments(map: &UvMap<'_>) -> (Vec<[DVec2; 2]>, Vec<u64>) {
+    let order = |a: &DVec2, b: &DVec2| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y));
+    let mut segments: Vec<_> = map
+        .border()
+        .map(|halfedge| map.image_of_side(halfedge).map(|p| p + DVec2::ZERO)) // -0 becomes 0
+        .filter(|[a, b]| a != b)
+        .map(|[a, b]| {
+            if order(&a, &b).is_le() {
+                [a, b]
+            } else {
+                [b, a]
+            }
+        })
+        .collect();
+    segments.par_sort_unstable_by(|a, b| order(&a[0], &b[0]).then(order(&a[1], &b[1])));
+    let runs = segments.chunk_by(|a, b| a == b);
+    let copies = runs.map(|run| run.len() as u64).collect();
+    segments.dedup();
+    (segments, copies)
+}
+
+/// The leaves in runs for one task each, a round of tasks at a time.
+fn rounds(leaf_count: usize) -> impl Iterator<Item = Vec<Range<usize>>> {
+    let tasks = leaf_count.div_ceil(LEAVES_PER_TASK);
+    (0..tasks).step_by(TASKS_PER_ROUND).map(move |first| {
+        let last = (first + TASKS_PER_ROUND).min(tasks);
+        let leaves =
+            |task: usize| LEAVES_PER_TASK * task..(LEAVES_PER_TASK * (task + 1)).min(leaf_count);
+        (first..last).map(leaves).collect()
+    })
+}
+
+fn crossings_of_leaves(
+    tree: &BoxTree,
+    leaves: Range<usize>,
+    segments: &[[DVec2; 2]],
+    copies: &[u64],
+) -> u64 {
+    let mut count = 0;
+    let mut found = Vec::new();
+    for leaf in leaves {
+        tree.overlapping_leaves(leaf, leaf, &mut found);
+        for i in tree.leaf(leaf) {
+            let first = tree.item(i);
+            for j in found.iter().flat_map(|&other| tree.leaf(other)) {
+                let second = tree.item(j);
+                if i < j
+                    && tree.bounds(i).overlaps(tree.bounds(j))
+                    && cross(segments[first], segments[second])
+                {
+                    count += copies[first] * copies[second];
+                }
+            }
+            if count > CROSSING_LIMIT {
+                return count;
+            }
+        }
+    }
+    count
+}
+
+/// Whether the interiors of two segments meet in exactly one point.
+fn cross([a, b]: [DVec2; 2], [c, d]: [DVec2; 2]) -> bool {
+    orientation(a, b, c) * orientation(a, b, d) < 0
+        && orientation(c, d, a) * orientation(c, d, b) < 0
+}
+
+/// Two triangles whose images share more than boundary points, if there are any (exact).
+///
+/// Where the map is one to one around every inner point, only triangles on a border are compared
+/// with all others. For there the number of triangles over a point changes only across borders;
+/// a region covered twice ends somewhere along a border edge, and the triangle at that edge is one
+/// of those that cover it.
+pub(super) fn find_overlap(
+    map: &UvMap<'_>,
+    islands: &Islands,
+    watch: &Watch,
+) -> Result<Option<[FaceId; 2]>, MeasureError> {
+    let faces: Vec<FaceId> = map
+        .surface
+        .mesh()
+        .faces()
+        .filter(|&face| map.sign(face) != 0)
+        .collect();
+    let boxes: Vec<_> = faces
+        .par_iter()
+        .map(|&face| Bounds::around(&map.images(face)))
+        .collect();
+    let tree = BoxTree::new(&boxes);
+    let search = Search {
+        map,
+        tree: &tree,
+        faces: &faces,
+        border_only: is_locally_injective(map, islands),
+    };
+    for round in rounds(tree.leaf_count()) {
+        watch.check()?;
+        let found = round
+            .into_par_iter()
+            .find_map_first(|mut leaves| leaves.find_map(|leaf| search.overlap_in(leaf)));
+        if found.is_some() {
+            return Ok(found);
+        }
+    }
+    Ok(None)
+}
+
+/// Whether no inner point of an island is covered twice by the triangles around it.
+pub(super) fn is_locally_injective(map: &UvMap<'_>, islands: &Islands) -> bool {
+    let has_area = |face: FaceId| !map.is_known(face) || map.sign(face) != 0;
+    islands.folded_vertices.is_empty()
+        && islands.all.iter().all(|island| island.flipped == 0)
+        && map.surface.mesh().faces().all(has_area)
+}
+
+struct Search<'a> {
+    map: &'a UvMap<'a>,
+    tree: &'a BoxTree,
+    faces: &'a [FaceId],
+    border_only: bool,
+}
+
+impl Search<'_> {
+    /// The first overlap of a triangle in the leaf with any other.
+    fn overlap_in(&self, leaf: usize) -> Option<[FaceId; 2]> {
+        let mut found = Vec::new();
+        let sought: Vec<_> = self
+            .tree
+            .leaf(leaf)
+            .filter(|&rank| self.is_sought(rank))
+            .collect();
+        if !sought.is_empty() {
+            self.tree.overlapping_leaves(leaf, 0, &mut found);
+        }
+        for i in sought {
+            let triangle = self.image(i);
+            for j in found.iter().flat_map(|&other| self.tree.leaf(other)) {
+                if i != j
+                    && self.tree.bounds(i).overlaps(self.tree.bounds(j))
+                    && interiors_meet(&triangle, &self.image(j))
+                {
+                    let [a, b] = [i, j].map(|rank| self.faces[self.tree.item(rank)]);
+                    return Some([a.min(b), a.max(b)]);
+                }
+            }
+        }
+        None
+    }
+
+    fn is_sought(&self, rank: usize) -> bool {
+        let face = self.faces[self.tree.item(rank)];
+        !self.border_only
+            || face
+                .halfedges()
+                .iter()
+                .any(|&side| self.map.is_border(side))
+    }
+
+    /// The image of the triangle at a rank, turned counter-clockwise.
+    fn image(&self, rank: usize) -> [DVec2; 3] {
+        let face = self.faces[self.tree.item(rank)];
+        let [a, b, c] = self.map.images(face);
+        if self.map.sign(face) > 0 {
+            [a, b, c]
+        } else {
+            [a, c, b]
+        }
+    }
+}
+
+/// Whether two counter-clockwise triangles share more than boundary points: no side of either has
+/// the other triangle wholly to its right. Exact.
+pub(super) fn interiors_meet(first: &[DVec2; 3], second: &[DVec2; 3]) -> bool {
+    !is_separated(first, second) && !is_separated(second, first)
+}
+
+fn is_separated(triangle: &[DVec2; 3], other: &[DVec2; 3]) -> bool {
+    (0..3).any(|side| {
+        let (from, to) = (triangle[side], triangle[(side + 1) % 3]);
+        other.iter().all(|&point| orientation(from, to, point) <= 0)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const A: [DVec2; 3] = [DVec2::ZERO, DVec2::X, DVec2::Y];
+
+    fn moved(triangle: [DVec2; 3], by: DVec2) -> [DVec2; 3] {
+        triangle.map(|p| p + by)
+    }
+
+    #[test]
+    fn triangles_that_share_an_edge_a_corner_or_a_piece_of_an_edge_do_not_meet() {
+        assert!(!interiors_meet(&A, &[DVec2::X, DVec2::ONE, DVec2::Y]));
+        assert!(!interiors_meet(&A, &moved(A, DVec2::X)));
+        assert!(!interiors_meet(&A, &moved(A, DVec2::new(0.25, -1.0))));
+        assert!(!interiors_meet(&A, &moved(A, DVec2::splat(3.0))));
+    }
+
+    #[test]
+    fn triangles_meet_by_the_smallest_amount_that_can_be_written() {
+        let touching = [DVec2::new(0.5, 0.5), DVec2::ONE, DVec2::new(0.0, 1.0)];
+        assert!(!interiors_meet(&A, &touching));
+        let inside = DVec2::new(0.5, 0.5_f64.next_down());
+        assert!(interiors_meet(
+            &A,
+            &[inside, DVec2::ONE, DVec2::new(0.0, 1.0)]
+        ));
+        assert!(interiors_meet(&A, &A));
+        assert!(interiors_meet(&A, &A.map(|p| DVec2::splat(0.1) + p * 0.1)));
+    }
+
+    #[test]
+    fn only_a_crossing_in_the_interior_of_both_segments_counts() {
+        let [o, x, y] = [DVec2::ZERO, DVec2::X, DVec2::Y];
+        assert!(cross([o, DVec2::ONE], [x, y]));
+        assert!(!cross([o, x], [x, y]));
+        assert!(!cross([o, x * 2.0], [x, y]));
+        assert!(!cross([o, x * 2.0], [x, x * 3.0]));
+    }
+}

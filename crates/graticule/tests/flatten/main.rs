@@ -1,0 +1,6 @@
+//! Flattening: what must hold for every patch, and known answers.
+
+mod fixed;
+mod free;
+mod least_squares;
+mod support;

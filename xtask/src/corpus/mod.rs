@@ -1,0 +1,148 @@
+//! Runs every mesh of a folder through the command, each run in a process of its own with a limit
+//! on time and memory, judges what comes out, and compares it with the accepted table.
+
+mod judge;
+mod run;
+mod table;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::thread;
+use std::time::Duration;
+
+use clap::Args;
+
+use crate::Trouble;
+use crate::source::read;
+use run::{Limits, Program};
+use table::{Row, Table};
+
+/// Endings of the names of files that are run.
+const MESH_EXTENSIONS: [&str; 7] = ["glb", "gltf", "meshb", "obj", "off", "ply", "stl"];
+
+/// Options of `cargo xtask corpus`.
+#[derive(Args, Debug)]
+pub(crate) struct Options {
+    /// Folder of meshes; by default `$GRATICULE_CORPUS`, or else `../shared/meshes`
+    folder: Option<PathBuf>,
+    /// Take the outcome as the accepted table
+    #[arg(long)]
+    accept: bool,
+    /// Only files whose path contains this text (nothing is accepted then)
+    #[arg(long, value_name = "TEXT")]
+    only: Option<String>,
+    /// Runs at the same time
+    #[arg(long, default_value_t = 2, value_name = "N")]
+    jobs: usize,
+    /// Time limit of one run
+    #[arg(long, default_value_t = 120.0, value_name = "S")]
+    seconds: f64,
+    /// Limit of the address space of one run
+    #[arg(long, default_value_t = 4096, value_name = "N")]
+    mebibytes: u64,
+    /// The program to run, instead of building it with the release profile
+    #[arg(long, value_name = "FILE")]
+    program: Option<PathBuf>,
+}
+
+/// Runs the corpus and returns a sentence, or what went wrong.
+pub(crate) fn run(root: &Path, options: &Options) -> Result<String, Trouble> {
+    let Some(folder) = corpus_folder(root, options) else {
+        return Ok(
+            "corpus: skipped, for there is no folder of meshes (set GRATICULE_CORPUS)".into(),
+        );
+    };
+    let program = match &options.program {
+        Some(program) => program.clone(),
+        None => crate::build_release(root)?,
+    };
+    let program = Program {
+        path: program,
+        limits: Limits {
+            time: Duration::from_secs_f64(options.seconds),
+            mebibytes: options.mebibytes,
+        },
+    };
+    let files = mesh_files(&folder, options.only.as_deref())?;
+    let expectations = judge::expectations(&folder)?;
+    let rows = run_all(&program, &folder, &files, options.jobs);
+    let table = Table::new(rows);
+    finish(root, options, &table, &expectations)
+}
+
+/// The folder asked for, if it exists.
+fn corpus_folder(root: &Path, options: &Options) -> Option<PathBuf> {
+    let folder = options.folder.clone();
+    let folder = folder.or_else(|| std::env::var_os("GRATICULE_CORPUS").map(PathBuf::from));
+    let folder = folder.unwrap_or_else(|| root.join("../shared/meshes"));
+    folder.is_dir().then_some(folder)
+}
+
+/// Paths of the meshes, relative to the folder, sorted.
+fn mesh_files(folder: &Path, only: Option<&str>) -> Result<Vec<String>, Trouble> {
+    let mut files = Vec::new();
+    for extension in MESH_EXTENSIONS {
+        for file in crate::source::files_below(folder, extension)? {
+            let name = file.strip_prefix(folder).unwrap_or(&file);
+            files.push(name.to_string_lossy().into_owned());
+        }
+    }
+    files.retain(|file| only.is_none_or(|text| file.contains(text)));
+    files.sort();
+    Ok(files)
+}
+
+/// Runs the files in order, as many at a time as there are jobs.
+fn run_all(program: &Program, folder: &Path, files: &[String], jobs: usize) -> Vec<Row> {
+    let next = AtomicUsize::new(0);
+    let rows = Mutex::new(BTreeMap::new());
+    thread::scope(|scope| {
+        for _ in 0..jobs.max(1) {
+            scope.spawn(|| {
+                while let Some(file) = files.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    let row = judge::run_file(program, folder, file);
+                    eprintln!("{row}");
+                    let mut rows = rows.lock().unwrap_or_else(PoisonError::into_inner);
+                    rows.insert(file.clone(), row);
+                }
+            });
+        }
+    });
+    let rows = rows.into_inner().unwrap_or_else(PoisonError::into_inner);
+    rows.into_values().collect()
+}
+
+/// Writes the tables and compares them with what was promised and accepted before.
+fn finish(
+    root: &Path,
+    options: &Options,
+    table: &Table,
+    expectations: &BTreeMap<String, String>,
+) -> Result<String, Trouble> {
+    let out = crate::target_folder(root).join("corpus");
+    table.write(&out)?;
+    println!("{}", table.to_markdown());
+    let mut faults = table.broken_promises();
+    faults.extend(judge::unmet_expectations(table, expectations));
+    let accepted = root.join("xtask/corpus.json");
+    if options.accept && options.only.is_none() {
+        table.accept(&accepted)?;
+    } else if accepted.is_file() {
+        let accepted = Table::accepted(&read(&accepted)?)?;
+        faults.extend(table.differences(&accepted, options.only.is_none()));
+    }
+    if faults.is_empty() {
+        let runs = table.run_count();
+        Ok(format!(
+            "corpus: {runs} runs ended as they should\n{runs} passed, 0 failed"
+        ))
+    } else {
+        Err(Trouble(format!(
+            "corpus: {} faults\n{}",
+            faults.len(),
+            faults.join("\n")
+        )))
+    }
+}
