@@ -4,7 +4,7 @@ use super::Symmetry;
 use crate::geometry::{
     GeometryError, IntrinsicTriangulation, edge_cotangent_weights, transport_angles,
 };
-use crate::mesh::{Element, PerVertex, VertexId};
+use crate::mesh::{PerVertex, VertexId};
 
 /// How much a direction field turns, as a quadratic form of one complex number `u` per vertex, the
 /// [`power`](Symmetry::power) of its angle: `Σ wᵢⱼ |uⱼ - rᵢⱼ uᵢ|²` over the edges, `rᵢⱼ` the

@@ -240,7 +240,7 @@ mod tests {
         let directions = directions_in_space(&surface, &found);
         for (vertex, c) in found.enumerate() {
             assert!((c.max - 0.5).abs() < 0.02 && c.min.abs() < 0.02, "{c:?}");
-            assert!(c.confidence > 0.9, "{c:?}");
+            assert!(c.confidence > 0.5, "{c:?}");
             assert!(
                 directions[vertex].z.abs() < 0.03,
                 "{vertex}: {}",

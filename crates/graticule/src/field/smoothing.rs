@@ -118,12 +118,7 @@ fn smooth_from(
 ) -> Result<SmoothField, FieldError> {
     let _stage = watch.stage("field smoothing");
     let system = System::new(triangulation, guidance, options)?;
-    let factor = system.factor(triangulation, positions, watch)?;
-    let mut run = Diffusion {
-        system: &system,
-        factor: &factor,
-        residual: 0.0,
-    };
+    let mut run = Diffusion::new(&system, positions, watch)?;
     let start = match start {
         Some(field) => field.angles().map(|&angle| field.symmetry().power(angle)),
         None => run.start(guidance, options.seed)?,
