@@ -177,7 +177,7 @@ pub enum Problem {
     #[error("the counts are missing")]
     MissingCounts,
     /// An index that names nothing.
-    #[error("{kind} index {index} is out of range ({count} there)")]
+    #[error("{kind} index {index} is out of range (the file has {count})")]
     IndexOutOfRange {
         /// What the index should name.
         kind: &'static str,
@@ -200,7 +200,7 @@ pub enum Problem {
     #[error("the homogeneous coordinate w is 0")]
     ZeroWeight,
     /// A face without an area to span.
-    #[error("a face with {corners} corners; it needs 3")]
+    #[error("a face with fewer than 3 corners ({corners})")]
     TooFewCorners {
         /// Its corners.
         corners: usize,

@@ -26,9 +26,21 @@ impl<'a> Pieces<'a> {
 }
 
 impl Accessors<'_> {
-    /// Number of values, before any of them is read.
+    /// Number of values, before any of them is read; refused if the buffer cannot hold them.
     pub(super) fn count(&self, index: Index<Accessor>) -> Result<u64, ReadError> {
-        Ok(self.accessor(index)?.count.0)
+        let accessor = self.accessor(index)?;
+        let count = accessor.count.0;
+        if let (Some(view), Checked::Valid(component), Checked::Valid(kind)) = (
+            accessor.buffer_view,
+            &accessor.component_type,
+            &accessor.type_,
+        ) {
+            let offset = accessor.byte_offset.unwrap_or_default().0;
+            let length = component.0.size() * kind.multiplicity();
+            self.pieces(view, offset, count, length)
+                .map_err(|problem| self.error(index, problem))?;
+        }
+        Ok(count)
     }
 
     fn accessor(&self, index: Index<Accessor>) -> Result<&Accessor, ReadError> {

@@ -172,7 +172,7 @@ impl Document {
         let split = Split::of(triangles, soup, columns);
         let attributes = self.add_attributes(&split, soup, columns);
         let mut primitives = Vec::new();
-        for (&(material, mask), indices) in &split.primitives {
+        for ((material, mask), indices) in &split.primitives {
             let present = (0..columns.len()).filter(|k| mask & (1 << k) != 0);
             let mut names: Vec<&str> = vec!["POSITION", "COLOR_0"];
             names.extend(present.map(|k| columns[k].name.as_str()));
@@ -180,7 +180,7 @@ impl Document {
                 "attributes": select(&attributes, &names),
                 "indices": self.add_indices(indices),
             });
-            if material != NO_VALUE {
+            if *material != NO_VALUE {
                 primitive["material"] = json!(material);
             }
             primitives.push(primitive);
@@ -358,8 +358,9 @@ struct Split {
     items: Vec<Item>,
     /// For each vertex of the mesh its first item.
     first_of_vertex: Vec<u32>,
-    /// Indices of triangles by material and attributes.
-    primitives: BTreeMap<(u32, u32), Vec<u32>>,
+    /// Material and attributes with the indices of their triangles, in the order of their first
+    /// appearance.
+    primitives: Vec<((u32, u32), Vec<u32>)>,
 }
 
 impl Split {
@@ -432,11 +433,15 @@ impl Split {
             let first = &mut first_of_vertex[items[item as usize].vertex as usize];
             *first = (*first).min(position);
         }
-        let mut primitives: BTreeMap<(u32, u32), Vec<u32>> = BTreeMap::new();
+        let mut kinds = Numbering::<(u32, u32)>::default();
+        let mut primitives: Vec<((u32, u32), Vec<u32>)> = Vec::new();
         for (triangle, corners) in triangles.iter().zip(numbers.chunks_exact(3)) {
-            let indices = primitives
-                .entry((triangle.material, triangle.columns))
-                .or_default();
+            let kind = (triangle.material, triangle.columns);
+            let (number, new) = kinds.number(kind);
+            if new {
+                primitives.push((kind, Vec::new()));
+            }
+            let (_, indices) = &mut primitives[number as usize];
             indices.extend(corners.iter().map(|&item| rank[item as usize]));
         }
         items.sort_by_key(|item| item.vertex);
