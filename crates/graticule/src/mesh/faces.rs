@@ -12,6 +12,8 @@ pub(super) trait Faces {
     fn origin(&self, corner: u32) -> u32;
     /// The next corner of the same face.
     fn next(&self, corner: u32) -> u32;
+    /// The corner before in the same face.
+    fn previous(&self, corner: u32) -> u32;
 
     fn destination(&self, corner: u32) -> u32 {
         self.origin(self.next(corner))
@@ -55,6 +57,11 @@ impl Faces for TriangleFaces<'_> {
     fn next(&self, corner: u32) -> u32 {
         HalfedgeId(corner).next().0
     }
+
+    #[inline]
+    fn previous(&self, corner: u32) -> u32 {
+        HalfedgeId(corner).previous().0
+    }
 }
 
 /// Polygons over shared vertices, each with three corners or more.
@@ -63,6 +70,8 @@ pub(super) struct PolygonFaces {
     starts: Vec<u32>,
     origins: Vec<u32>,
     faces: Vec<u32>,
+    /// Then corners are found by counting, without a look into the tables.
+    all_triangles: bool,
 }
 
 impl PolygonFaces {
@@ -73,6 +82,7 @@ impl PolygonFaces {
             starts,
             origins: Vec::with_capacity(corners),
             faces: Vec::with_capacity(corners),
+            all_triangles: true,
         }
     }
 
@@ -80,6 +90,7 @@ impl PolygonFaces {
         let face = self.face_count() as u32;
         self.origins.extend(vertices);
         self.faces.resize(self.origins.len(), face);
+        self.all_triangles &= self.origins.len() == 3 * (face as usize + 1);
         self.starts.push(self.origins.len() as u32);
     }
 
@@ -99,11 +110,17 @@ impl Faces for PolygonFaces {
     }
 
     fn corners(&self, face: u32) -> Range<u32> {
+        if self.all_triangles {
+            return 3 * face..3 * face + 3;
+        }
         self.starts[face as usize]..self.starts[face as usize + 1]
     }
 
     #[inline]
     fn face(&self, corner: u32) -> u32 {
+        if self.all_triangles {
+            return corner / 3;
+        }
         self.faces[corner as usize]
     }
 
@@ -119,6 +136,16 @@ impl Faces for PolygonFaces {
             corners.start
         } else {
             corner + 1
+        }
+    }
+
+    #[inline]
+    fn previous(&self, corner: u32) -> u32 {
+        let corners = self.corners(self.face(corner));
+        if corner == corners.start {
+            corners.end - 1
+        } else {
+            corner - 1
         }
     }
 }

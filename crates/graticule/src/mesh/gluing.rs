@@ -57,6 +57,11 @@ impl EdgeUses {
             .map(|range| &self.corners[range[0] as usize..range[1] as usize])
     }
 
+    /// Whether an edge has more than two sides.
+    pub(super) fn is_crowded(&self) -> bool {
+        self.iter().any(|group| group.len() > 2)
+    }
+
     /// For each side the other one on its edge, or [`NONE`] where the edge has not just two.
     pub(super) fn twins(&self) -> Vec<u32> {
         let mut twins = vec![NONE; self.corners.len()];
@@ -84,7 +89,7 @@ pub(super) fn same_direction(faces: &impl Faces, side: u32, twin: u32) -> bool {
 #[derive(Clone, Debug)]
 pub(super) struct Patches {
     /// The patch of each face; patches are numbered by their first face.
-    pub(super) face_patches: Vec<u32>,
+    pub(super) patch_of_face: Vec<u32>,
     /// Whether a face must be turned round to agree with its patch.
     pub(super) reversed: Vec<bool>,
     /// One side of each glued pair that cannot be made to agree: the patch is not orientable.
@@ -95,14 +100,14 @@ pub(super) struct Patches {
 impl Patches {
     pub(super) fn of(faces: &impl Faces, twins: &[u32]) -> Self {
         let mut patches = Self {
-            face_patches: vec![NONE; faces.face_count()],
+            patch_of_face: vec![NONE; faces.face_count()],
             reversed: vec![false; faces.face_count()],
             conflicts: Vec::new(),
             count: 0,
         };
         let mut members = Vec::new();
         for first in 0..faces.face_count() as u32 {
-            if patches.face_patches[first as usize] == NONE {
+            if patches.patch_of_face[first as usize] == NONE {
                 patches.flood(faces, twins, first, &mut members);
                 patches.side_with_the_majority(&members);
                 patches.count += 1;
@@ -114,7 +119,7 @@ impl Patches {
 
     fn flood(&mut self, faces: &impl Faces, twins: &[u32], first: u32, members: &mut Vec<u32>) {
         let patch = self.count as u32;
-        self.face_patches[first as usize] = patch;
+        self.patch_of_face[first as usize] = patch;
         members.clear();
         members.push(first);
         let mut next = 0;
@@ -123,11 +128,11 @@ impl Patches {
             next += 1;
             for side in faces.corners(face) {
                 let twin = twins[side as usize];
-                if twin == NONE || self.face_patches[faces.face(twin) as usize] != NONE {
+                if twin == NONE || self.patch_of_face[faces.face(twin) as usize] != NONE {
                     continue;
                 }
                 let neighbor = faces.face(twin);
-                self.face_patches[neighbor as usize] = patch;
+                self.patch_of_face[neighbor as usize] = patch;
                 self.reversed[neighbor as usize] =
                     self.reversed[face as usize] ^ same_direction(faces, side, twin);
                 members.push(neighbor);
@@ -166,14 +171,50 @@ impl Patches {
 /// For each corner the smallest corner of its fan: the corners at one vertex that glued sides
 /// join. A vertex with one fan is manifold.
 pub(super) fn fans(faces: &impl Faces, twins: &[u32]) -> Vec<u32> {
-    let mut sets = DisjointSets::new(faces.corner_count());
-    for side in 0..faces.corner_count() as u32 {
-        let twin = twins[side as usize];
-        if twin != NONE && side < twin {
-            join_ends(&mut sets, faces, side, twin);
+    let mut fans = vec![NONE; faces.corner_count()];
+    for first in 0..faces.corner_count() as u32 {
+        if fans[first as usize] == NONE {
+            fans[first as usize] = first;
+            for leave_by_own_side in [true, false] {
+                walk_fan(faces, twins, first, leave_by_own_side, &mut fans);
+            }
         }
     }
-    sets.into_names()
+    fans
+}
+
+/// Walks around a vertex from its corner `first`, leaving each face by the side it was not entered
+/// by, to the boundary or a corner seen before.
+fn walk_fan(
+    faces: &impl Faces,
+    twins: &[u32],
+    first: u32,
+    mut leave_by_own_side: bool,
+    fans: &mut [u32],
+) {
+    let vertex = faces.origin(first);
+    let mut corner = first;
+    loop {
+        let side = if leave_by_own_side {
+            corner
+        } else {
+            faces.previous(corner)
+        };
+        let twin = twins[side as usize];
+        if twin == NONE {
+            return;
+        }
+        leave_by_own_side = faces.origin(twin) != vertex;
+        corner = if leave_by_own_side {
+            faces.next(twin)
+        } else {
+            twin
+        };
+        if fans[corner as usize] != NONE {
+            return;
+        }
+        fans[corner as usize] = first;
+    }
 }
 
 /// Joins the corners at both ends of two sides of one edge.

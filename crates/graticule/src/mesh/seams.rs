@@ -53,4 +53,8 @@ impl<F: Faces> Faces for NamedFaces<'_, F> {
     fn next(&self, corner: u32) -> u32 {
         self.faces.next(corner)
     }
+
+    fn previous(&self, corner: u32) -> u32 {
+        self.faces.previous(corner)
+    }
 }

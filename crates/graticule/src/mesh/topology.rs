@@ -44,10 +44,11 @@ impl ComponentTopology {
 
     /// Fills in what follows from the counts of `components` components.
     fn complete(&mut self, components: usize) {
-        let [vertices, edges, faces] = [self.vertices, self.edges, self.faces].map(|n| n as i64);
+        let signed = |count: usize| i64::try_from(count).unwrap_or(i64::MAX);
+        let [vertices, edges, faces] = [self.vertices, self.edges, self.faces].map(signed);
         self.euler_characteristic = vertices - edges + faces;
-        let handles =
-            2 * components as i64 - self.boundary_loops as i64 - self.euler_characteristic;
+        let loops = signed(self.boundary_loops);
+        let handles = 2 * signed(components) - loops - self.euler_characteristic;
         debug_assert!(
             handles >= 0 && handles % 2 == 0,
             "an oriented surface: {self:?}"

@@ -35,9 +35,26 @@ impl UsablePolygons {
             repeated: Vec::new(),
             collapsed: Vec::new(),
         };
+        // A byte each: the polygons ask in any order.
+        let finite: Vec<_> = soup
+            .positions
+            .iter()
+            .map(|position| position.is_finite())
+            .collect();
         let mut kept = Vec::new();
         for polygon in 0..polygons {
-            usable.add(soup, names, polygon, &mut kept);
+            let vertices = soup.polygons.vertices(polygon);
+            let is_finite = |&vertex: &u32| finite.get(vertex as usize).copied();
+            if vertices.iter().any(|vertex| is_finite(vertex).is_none()) {
+                usable.out_of_range.push(polygon as u32);
+            } else if vertices
+                .iter()
+                .any(|vertex| is_finite(vertex) == Some(false))
+            {
+                usable.non_finite.push(polygon as u32);
+            } else {
+                usable.add(soup, names, polygon, &mut kept);
+            }
         }
         usable
     }
@@ -45,13 +62,6 @@ impl UsablePolygons {
     fn add(&mut self, soup: &PolygonSoup, names: &[u32], polygon: usize, kept: &mut Vec<u32>) {
         let number = polygon as u32;
         let vertices = soup.polygons.vertices(polygon);
-        let position = |&vertex: &u32| soup.positions.get(vertex as usize);
-        if vertices.iter().any(|vertex| position(vertex).is_none()) {
-            return self.out_of_range.push(number);
-        }
-        if vertices.iter().filter_map(position).any(|p| !p.is_finite()) {
-            return self.non_finite.push(number);
-        }
         if vertices.len() < 3 {
             return self.too_few_corners.push(number);
         }

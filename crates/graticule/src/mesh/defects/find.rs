@@ -110,20 +110,25 @@ fn find_connection_defects(soup: &PolygonSoup, usable: &UsablePolygons, defects:
     let uses = EdgeUses::of(faces, soup.positions.len());
     let twins = uses.twins();
     find_edge_defects(faces, &uses, defects);
-    find_bow_ties(faces, &uses, soup.positions.len(), defects);
     let fans = fans(faces, &twins);
+    find_bow_ties(faces, &uses, &fans, soup.positions.len(), defects);
     defects.boundary_loops = boundary_loops(faces, &twins, &fans).1;
     let patches = Patches::of(faces, &twins);
     let mut unorientable = vec![false; patches.count];
     for &side in &patches.conflicts {
-        let patch = patches.face_patches[faces.face(side) as usize];
+        let patch = patches.patch_of_face[faces.face(side) as usize];
         unorientable[patch as usize] = true;
     }
-    defects.non_orientable = first_faces(&patches.face_patches, patches.count)
+    defects.non_orientable = first_faces(&patches.patch_of_face, patches.count)
         .filter(|&(patch, _)| unorientable[patch])
         .map(|(_, face)| usable.polygon_sources[face])
         .collect();
-    find_component_defects(soup, usable, &uses, defects);
+    let components = if uses.is_crowded() {
+        edge_components(faces, &uses)
+    } else {
+        (patches.patch_of_face, patches.count)
+    };
+    find_component_defects(soup, usable, &uses, components, defects);
     find_cracks(soup, faces, &twins, defects);
 }
 
@@ -143,15 +148,24 @@ fn find_edge_defects(faces: &PolygonFaces, uses: &EdgeUses, defects: &mut Defect
 }
 
 /// Vertices whose faces fall apart into fans even if all faces at an edge hold together.
-fn find_bow_ties(faces: &PolygonFaces, uses: &EdgeUses, vertices: usize, defects: &mut Defects) {
-    let mut sets = DisjointSets::new(faces.corner_count());
-    for group in uses.iter() {
-        for pair in group.windows(2) {
-            join_ends(&mut sets, faces, pair[0], pair[1]);
+fn find_bow_ties(
+    faces: &PolygonFaces,
+    uses: &EdgeUses,
+    fans: &[u32],
+    vertices: usize,
+    defects: &mut Defects,
+) {
+    let joined = uses.is_crowded().then(|| {
+        let mut sets = DisjointSets::new(faces.corner_count());
+        for group in uses.iter() {
+            for pair in group.windows(2) {
+                join_ends(&mut sets, faces, pair[0], pair[1]);
+            }
         }
-    }
+        sets.into_names()
+    });
     let mut fans_at = vec![0_u32; vertices];
-    for (corner, &fan) in (0_u32..).zip(&sets.into_names()) {
+    for (corner, &fan) in (0_u32..).zip(joined.as_deref().unwrap_or(fans)) {
         fans_at[faces.origin(corner) as usize] += u32::from(fan == corner);
     }
     let numbered = (0_u32..).zip(fans_at);
@@ -174,10 +188,10 @@ fn find_component_defects(
     soup: &PolygonSoup,
     usable: &UsablePolygons,
     uses: &EdgeUses,
+    (components, count): (Vec<u32>, usize),
     defects: &mut Defects,
 ) {
     let faces = &usable.faces;
-    let (components, count) = edge_components(faces, uses);
     let bounds = component_bounds(faces, &soup.positions, &components, count);
     let as_given = vec![false; faces.face_count()];
     let volumes = component_volumes(faces, &soup.positions, &components, &bounds, &as_given);

@@ -1,6 +1,6 @@
 //! Polygons cut into triangles.
 //!
-//! Ears are clipped best first [MeisterS 1975], with exact predicates in the coordinate plane that
+//! Ears are clipped best first [Meisters 1975], with exact predicates in the coordinate plane that
 //! the polygon faces most, so that collinear corners are seen as such; a tree over the reflex
 //! corners keeps the cost near n log n. Then diagonals are exchanged while that raises the worse
 //! of the two triangles beside them, as in Lawson's algorithm.

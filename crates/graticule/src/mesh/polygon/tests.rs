@@ -97,7 +97,7 @@ fn collinear_corners_on_the_sides_are_kept_without_flat_triangles() {
 fn star(corners: u32) -> Vec<DVec3> {
     let corner = |i: u32| {
         let angle = TAU * f64::from(i) / f64::from(corners);
-        let radius = if i % 2 == 0 { 1.0 } else { 0.4 };
+        let radius = if i.is_multiple_of(2) { 1.0 } else { 0.4 };
         [radius * angle.cos(), radius * angle.sin()]
     };
     flat(&(0..corners).map(corner).collect::<Vec<_>>())
@@ -180,15 +180,9 @@ fn polygons_without_a_plane_are_cut_all_the_same() {
 }
 
 #[test]
-#[ignore = "measures time"]
-fn fifty_thousand_corners_take_seconds() {
-    for (name, polygon) in [
-        ("star", star(50_000)),
-        ("comb", comb(12_500)),
-        ("spiral", spiral(500)),
-    ] {
-        let start = std::time::Instant::now();
-        checked_area(&polygon);
-        println!("{name}: {} corners in {:?}", polygon.len(), start.elapsed());
+fn fifty_thousand_corners_are_no_burden() {
+    for polygon in [star(50_000), comb(12_500), spiral(500)] {
+        let area = shoelace(&polygon);
+        assert!((checked_area(&polygon) - area).abs() <= 1e-9 * area);
     }
 }

@@ -42,7 +42,7 @@ pub(super) fn remove_degenerate(
             break;
         }
         budget -= 1;
-        if budget % 1024 == 0 {
+        if budget.is_multiple_of(1024) {
             watch.check()?;
         }
         if !surgery.alive[triangle as usize] || !is_flat(surgery.draft, triangle) {
@@ -86,11 +86,11 @@ fn drop_flat_components(draft: &mut Draft, changes: &mut RepairChanges) {
     let twins = EdgeUses::of(&draft.faces(), draft.positions.len()).twins();
     let patches = Patches::of(&draft.faces(), &twins);
     let mut has_area = vec![false; patches.count];
-    for (&patch, flat) in patches.face_patches.iter().zip(is_flat) {
+    for (&patch, flat) in patches.patch_of_face.iter().zip(is_flat) {
         has_area[patch as usize] |= !flat;
     }
     let keep: Vec<_> = patches
-        .face_patches
+        .patch_of_face
         .iter()
         .map(|&patch| has_area[patch as usize])
         .collect();
@@ -305,7 +305,6 @@ impl<'a> Surgery<'a> {
             .positions
             .push(self.draft.positions[vertex as usize]);
         self.draft.vertex_sources.push(source);
-        self.changes.vertices_split.push(source);
         self.vertex_sides.push(side);
         for corner in self.outgoing(copy) {
             self.draft.triangles[corner as usize / 3][corner as usize % 3] = copy;

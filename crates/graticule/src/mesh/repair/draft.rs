@@ -220,11 +220,11 @@ impl Draft {
         retain(&mut self.polygons, keep);
     }
 
-    /// Drops surplus triangles over the same vertices.
-    pub(super) fn drop_duplicates(&mut self, changes: &mut RepairChanges) {
+    /// Drops surplus triangles over the same vertices; returns whether there were any.
+    pub(super) fn drop_duplicates(&mut self, changes: &mut RepairChanges) -> bool {
         let surplus = super::duplicates::find_surplus(&self.faces());
         if surplus.is_empty() {
-            return;
+            return false;
         }
         for (triangle, kept) in surplus.iter().enumerate() {
             if kept.is_some() {
@@ -235,6 +235,7 @@ impl Draft {
             }
         }
         self.retain(&surplus.iter().map(Option::is_none).collect::<Vec<_>>());
+        true
     }
 }
 

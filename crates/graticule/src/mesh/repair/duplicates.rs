@@ -14,8 +14,8 @@ pub(super) fn find_surplus(faces: &impl Faces) -> Vec<Option<u32>> {
     if firsts.iter().all(|&first| first == NONE) {
         return Vec::new();
     }
-    let numbered = firsts.iter().enumerate();
-    let mut surplus: Vec<_> = numbered.map(|(_, &f)| (f != NONE).then_some(f)).collect();
+    let is_surplus = |&first: &u32| (first != NONE).then_some(first);
+    let mut surplus: Vec<_> = firsts.iter().map(is_surplus).collect();
     let backs = find_backs(faces, &firsts);
     for (first, back) in walls(faces, &backs, &surplus) {
         debug_assert_eq!(firsts[back as usize], first);

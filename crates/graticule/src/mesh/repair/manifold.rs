@@ -10,8 +10,8 @@ use crate::mesh::gluing::{EdgeUses, NONE, Patches, edge_components, fans, glue, 
 use crate::mesh::measures::{component_bounds, component_volumes, length};
 
 /// Splits vertices and edges so that at most two triangles share an edge and each vertex has one
-/// fan; drops unused vertices.
-pub(super) fn make_manifold(draft: &mut Draft, changes: &mut RepairChanges) {
+/// fan; drops unused vertices. Returns the other side on the edge of each, or [`NONE`].
+pub(super) fn make_manifold(draft: &mut Draft, changes: &mut RepairChanges) -> Vec<u32> {
     let uses = EdgeUses::of(&draft.faces(), draft.positions.len());
     let mut twins = uses.twins();
     let crowded: Vec<_> = uses.iter().filter(|group| group.len() > 2).collect();
@@ -25,18 +25,8 @@ pub(super) fn make_manifold(draft: &mut Draft, changes: &mut RepairChanges) {
         &fans(&draft.faces(), &twins),
         draft.positions.len(),
     );
-    let mut copies = vec![0_u32; draft.positions.len()];
-    for &source in &vertices.sources {
-        copies[source as usize] += 1;
-    }
-    let split = copies
-        .iter()
-        .zip(&draft.vertex_sources)
-        .filter(|(copies, _)| **copies > 1);
-    changes
-        .vertices_split
-        .extend(split.map(|(_, &source)| source));
     draft.renumber(&vertices);
+    twins
 }
 
 /// Chooses which sides hold together at edges with more than two.

@@ -27,6 +27,7 @@ pub use changes::RepairChanges;
 pub use error::RepairError;
 
 use self::draft::Draft;
+use super::gluing::EdgeUses;
 use super::{PerCorner, PerFace, PerVertex, PolygonSoup, Surface, TriangleMesh};
 use crate::watch::Watch;
 
@@ -141,7 +142,7 @@ pub fn repair(
 ) -> Result<Repaired, RepairError> {
     let _stage = watch.stage("repair");
     let mut changes = RepairChanges::default();
-    let usable = prepare::prepare(soup, options, &mut changes)?;
+    let usable = prepare::prepare(soup, *options, &mut changes)?;
     watch.check()?;
     let mut draft = Draft::of(soup, &usable, &mut changes, watch)?;
     if draft.triangles.len() > usable.polygon_sources.len() {
@@ -149,13 +150,13 @@ pub fn repair(
         draft.drop_duplicates(&mut changes);
     }
     watch.check()?;
-    manifold::make_manifold(&mut draft, &mut changes);
-    if !changes.edges_split.is_empty() {
+    let mut twins = manifold::make_manifold(&mut draft, &mut changes);
+    if !changes.edges_split.is_empty() && draft.drop_duplicates(&mut changes) {
         // A wall that was held to itself is a sheet given twice after all.
-        draft.drop_duplicates(&mut changes);
+        twins = EdgeUses::of(&draft.faces(), draft.positions.len()).twins();
     }
     watch.check()?;
-    orient::orient(&mut draft, options, &mut changes)?;
+    orient::orient(&mut draft, twins, *options, &mut changes)?;
     watch.check()?;
     if degenerate::remove_degenerate(&mut draft, &mut changes, watch)? {
         manifold::make_manifold(&mut draft, &mut changes);
@@ -164,10 +165,11 @@ pub fn repair(
     finish(draft, changes)
 }
 
-fn finish(draft: Draft, changes: RepairChanges) -> Result<Repaired, RepairError> {
+fn finish(draft: Draft, mut changes: RepairChanges) -> Result<Repaired, RepairError> {
     if draft.triangles.is_empty() {
         return Err(RepairError::NothingLeft);
     }
+    changes.vertices_split = repeated(&draft.vertex_sources).into();
     let mesh = TriangleMesh::new(draft.positions.len(), &draft.triangles)?;
     Ok(Repaired {
         surface: Surface::new(mesh, PerVertex::new(draft.positions))?,
@@ -177,6 +179,17 @@ fn finish(draft: Draft, changes: RepairChanges) -> Result<Repaired, RepairError>
         changes,
         stand_ins: draft.stand_ins,
     })
+}
+
+/// The values that occur more than once, in ascending order.
+fn repeated(values: &[u32]) -> Vec<u32> {
+    let mut sorted = values.to_vec();
+    sorted.sort_unstable();
+    let equal = sorted.chunk_by(|a, b| a == b);
+    equal
+        .filter(|run| run.len() > 1)
+        .map(|run| run[0])
+        .collect()
 }
 
 #[cfg(test)]

@@ -1,17 +1,17 @@
 use super::draft::Draft;
 use super::nesting::outermost_containers;
 use super::{NonOrientable, RepairChanges, RepairError, RepairOptions};
-use crate::mesh::gluing::{EdgeUses, NONE, Patches, fans, number_fans};
+use crate::mesh::gluing::{NONE, Patches, fans, number_fans};
 use crate::mesh::measures::{component_bounds, component_volumes};
 use crate::tolerance;
 
 /// Orients each component of a manifold draft; closed ones outward.
 pub(super) fn orient(
     draft: &mut Draft,
-    options: &RepairOptions,
+    mut twins: Vec<u32>,
+    options: RepairOptions,
     changes: &mut RepairChanges,
 ) -> Result<(), RepairError> {
-    let mut twins = EdgeUses::of(&draft.faces(), draft.positions.len()).twins();
     let mut patches = Patches::of(&draft.faces(), &twins);
     if let Some(&side) = patches.conflicts.first() {
         if options.non_orientable == NonOrientable::Refuse {
@@ -58,7 +58,7 @@ fn cut_open(draft: &mut Draft, conflicts: &[u32], twins: &mut [u32], changes: &m
 /// Turns closed components outward, those inside others as the outermost one around them.
 fn turn_outward(draft: &Draft, twins: &[u32], patches: &mut Patches, changes: &mut RepairChanges) {
     let faces = draft.faces();
-    let components = &patches.face_patches;
+    let components = &patches.patch_of_face;
     let bounds = component_bounds(&faces, &draft.positions, components, patches.count);
     let mut volumes = component_volumes(
         &faces,

@@ -8,7 +8,7 @@ use crate::mesh::usable::UsablePolygons;
 /// Sets aside what cannot be used, refuses what must not be, welds.
 pub(super) fn prepare(
     soup: &PolygonSoup,
-    options: &RepairOptions,
+    options: RepairOptions,
     changes: &mut RepairChanges,
 ) -> Result<UsablePolygons, RepairError> {
     if soup.polygons.is_empty() {
@@ -33,7 +33,7 @@ pub(super) fn prepare(
 fn refuse_bad_corners(
     soup: &PolygonSoup,
     usable: &UsablePolygons,
-    options: &RepairOptions,
+    options: RepairOptions,
 ) -> Result<(), RepairError> {
     let vertices = soup.positions.len();
     let position = |vertex: u32| soup.positions.get(vertex as usize);
