@@ -1,157 +1,166 @@
-//! scratch
-#![allow(missing_docs, clippy::all, clippy::pedantic)]
-use faer::Side;
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::sparse::linalg::cholesky::*;
-use glam::DVec3;
-use graticule::solve::{Graph, Ordering, SymmetricMatrix};
+//! Times of a Laplacian's ordering, analysis, factorisation and solution, beside `faer`'s own
+//! minimum degree on the same matrix.
+//!
+//! ```text
+//! cargo run --release -p graticule --example solver_times -- torus 1000000
+//! ```
+//!
+//! prints CPU seconds (on Linux) of the process, one line for each way. `torus`, `disk`; a third argument
+//! `mean-value` times a directed Laplacian and its `L U` too.
+#![allow(clippy::print_stdout)]
 
-#[derive(Clone, Copy)]
-struct Instant(f64);
-fn cpu() -> f64 {
-    let s = std::fs::read_to_string("/proc/self/stat").unwrap();
-    let f: Vec<&str> = s.rsplit(')').next().unwrap().split_whitespace().collect();
-    (f[11].parse::<f64>().unwrap() + f[12].parse::<f64>().unwrap()) / 100.0
-}
-impl Instant {
-    fn now() -> Self {
-        Self(cpu())
+use std::error::Error;
+use std::time::Instant;
+
+use graticule::solve::{
+    Cholesky, Graph, Lu, LuSymbolic, Ordering, SparseMatrix, Symbolic, SymmetricMatrix,
+};
+use graticule_fixtures::{Fixture, irregular_disk, torus};
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [shape, vertices, ..] = arguments.as_slice() else {
+        return Err("arguments: torus|disk VERTICES [mean-value]".into());
+    };
+    let fixture = surface(shape, vertices.parse()?)?;
+    let edges = edges(&fixture);
+    if arguments.len() > 2 {
+        return time_lu(&fixture, &edges);
     }
-    fn elapsed(self) -> std::time::Duration {
-        std::time::Duration::from_secs_f64((cpu() - self.0).max(0.0))
-    }
+    let matrix = laplacian(fixture.positions.len(), &edges)?;
+    println!("{shape}, {} vertices", matrix.order());
+    println!("way                order  analyse   factor    solve    total  entries  residual");
+    let by_degree = |graph: &Graph| Ordering::minimum_degree(graph);
+    let total = time_cholesky("minimum degree", &matrix, by_degree)?;
+    let dissected = |graph: &Graph| Ordering::nested_dissection(graph, &fixture.positions);
+    let ours = time_cholesky("nested dissection", &matrix, dissected)?;
+    println!("ratio {:.2}", ours / total);
+    Ok(())
 }
 
-fn bumpy_torus(n: u32) -> graticule_fixtures::Fixture {
-    let a = ((n as f64) * 2.0).sqrt() as u32;
-    let b = n / a;
-    graticule_fixtures::torus(1.0, 0.4, a, b).map(|p| {
-        p * (1.0 + 0.08 * (9.0 * p.x).sin() * (7.0 * p.y).cos() + 0.05 * (13.0 * p.z).sin())
-    })
-}
-
-fn main() {
-    let args: Vec<String> = std::env::args().collect();
-    let n: u32 = args[2].parse().unwrap();
-    let mut f = match args[1].as_str() {
-        "torus" => bumpy_torus(n),
-        "disk" => graticule_fixtures::irregular_disk((n as f64 / 3.0).sqrt() as u32, 1),
-        "ico" => graticule_fixtures::icosphere(((n as f64 / 10.0).ln() / 4f64.ln()).round() as u32),
-        _ => panic!(),
-    };
-    if args.len() > 4 {
-        f = f.renumbered(3).0;
-    }
-    let n = f.positions.len();
-    let tri = f.triangles.clone();
-    let edges: std::collections::BTreeSet<[usize; 2]> = if n < 3_000_000 {
-        let mut v: Vec<[u32; 2]> = tri
-            .iter()
-            .flat_map(|t| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]])
-            .map(|[a, b]| [a.min(b), a.max(b)])
-            .collect();
-        v.sort();
-        v.dedup();
-        v.into_iter()
-            .map(|[a, b]| [a as usize, b as usize])
-            .collect()
-    } else {
-        Default::default()
-    };
-    let m = SymmetricMatrix::from_triplets(
-        n,
-        edges
-            .iter()
-            .flat_map(|&[a, b]| [(a, a, 1.0), (b, b, 1.0), (a, b, -1.0)])
-            .chain((0..n).map(|i| (i, i, 1e-4))),
-    )
-    .unwrap();
-    drop(edges);
-    let pts: Vec<DVec3> = f.positions.clone();
-    let t = Instant::now();
-    let graph = Graph::of_pattern(m.lower().pattern());
-    let tg = t.elapsed().as_secs_f64();
-    let t = Instant::now();
-    let ord = match args[3].as_str() {
-        "nd" => Some(Ordering::nested_dissection(&graph, &pts)),
-        _ => None,
-    };
-    let to = t.elapsed().as_secs_f64();
-    if std::env::var("ORDER_ONLY").is_ok() {
-        println!("order {to:.3}");
-        return;
-    }
-    let t = Instant::now();
-    let pat = m.lower().pattern();
-    let starts: Vec<u32> = std::iter::once(0)
-        .chain((0..n).scan(0, |s, j| {
-            *s += pat.column(j).len() as u32;
-            Some(*s)
-        }))
+fn time_cholesky(
+    name: &str,
+    matrix: &SymmetricMatrix,
+    order: impl Fn(&Graph) -> Ordering,
+) -> Result<f64, Box<dyn Error>> {
+    let clock = Clock::start();
+    let ordering = order(&Graph::of_pattern(matrix.lower().pattern()));
+    let ordered = clock.seconds();
+    let symbolic = Symbolic::new(matrix, &ordering)?;
+    let analysed = clock.seconds();
+    let factor = Cholesky::factor(&symbolic, matrix)?;
+    let factored = clock.seconds();
+    let right_sides: Vec<f64> = (0..2 * matrix.order())
+        .map(|i| (i % 7) as f64 - 3.0)
         .collect();
-    let rows: Vec<u32> = (0..n).flat_map(|j| pat.column(j).to_vec()).collect();
-    let sym = faer::sparse::SymbolicSparseColMatRef::new_checked(n, n, &starts, None, &rows);
-    let s = match &ord {
-        Some(o) => factorize_symbolic_cholesky(
-            sym,
-            Side::Lower,
-            SymmetricOrdering::Custom(faer::perm::PermRef::new_checked(o.order(), o.places(), n)),
-            Default::default(),
-        ),
-        None => factorize_symbolic_cholesky(
-            sym,
-            Side::Lower,
-            SymmetricOrdering::Amd,
-            Default::default(),
-        ),
-    }
-    .unwrap();
-    let ts = t.elapsed().as_secs_f64();
-    let t = Instant::now();
-    let mut l = vec![0.0; s.len_val()];
-    let a = faer::sparse::SparseColMatRef::new(sym, m.lower().values());
-    let mut mem =
-        MemBuffer::new(s.factorize_numeric_llt_scratch::<f64>(faer::Par::Seq, Default::default()));
-    s.factorize_numeric_llt(
-        &mut l,
-        a,
-        Side::Lower,
-        Default::default(),
-        faer::Par::Seq,
-        MemStack::new(&mut mem),
-        Default::default(),
-    )
-    .unwrap();
-    let tn = t.elapsed().as_secs_f64();
-    let (fill, flops) = match s.raw() {
-        SymbolicCholeskyRaw::Supernodal(s) => {
-            let mut fill = 0usize;
-            let mut flops = 0f64;
-            for i in 0..s.n_supernodes() {
-                let c = (s.supernode_end()[i] - s.supernode_begin()[i]) as usize;
-                let p = s.supernode(i).pattern().len();
-                fill += c * (c + 1) / 2 + c * p;
-                for k in 0..c {
-                    flops += ((c - k + p) as f64).powi(2);
-                }
-            }
-            (fill, flops)
-        }
-        SymbolicCholeskyRaw::Simplicial(s) => (s.len_val(), 0.0),
-    };
-    let hwm = std::fs::read_to_string("/proc/self/status").unwrap();
-    let hwm = hwm
-        .lines()
-        .find(|l| l.starts_with("VmHWM"))
-        .unwrap()
-        .to_string();
+    let solution = factor.solve(&right_sides)?;
+    let solved = clock.seconds();
     println!(
-        "{} {} {n}: graph {tg:.3} order {to:.3} symbolic {ts:.3} numeric {tn:.3} total {:.3} fill {:.2}M len {:.2}M flops {:.2}G {hwm}",
-        args[1],
-        args[3],
-        tg + to + ts + tn,
-        fill as f64 / 1e6,
-        s.len_val() as f64 / 1e6,
-        flops / 1e9
+        "{name:17} {ordered:6.2} {:8.2} {:8.2} {:8.2} {solved:8.2} {:7.1}M  {:.1e}",
+        analysed - ordered,
+        factored - analysed,
+        solved - factored,
+        symbolic.factor_entries() as f64 / 1e6,
+        solution.residual
     );
+    Ok(factored)
+}
+
+fn time_lu(fixture: &Fixture, edges: &[[usize; 2]]) -> Result<(), Box<dyn Error>> {
+    let count = fixture.positions.len();
+    let directed = edges.iter().enumerate().flat_map(|(index, &[a, b])| {
+        let [ab, ba] = [1.0 + (index % 5) as f64, 1.0 + (index % 3) as f64];
+        [(a, a, ab), (a, b, -ab), (b, b, ba), (b, a, -ba)]
+    });
+    let mass = (0..count).map(|index| (index, index, 1e-4));
+    let matrix = SparseMatrix::from_triplets(count, count, directed.chain(mass))?;
+    let clock = Clock::start();
+    let graph = Graph::of_pattern(matrix.pattern());
+    let ordering = Ordering::nested_dissection(&graph, &fixture.positions);
+    let symbolic = LuSymbolic::new(&matrix, &ordering)?;
+    let analysed = clock.seconds();
+    let factor = Lu::factor(&symbolic, &matrix)?;
+    let factored = clock.seconds();
+    let solution = factor.solve(&vec![1.0; 2 * count])?;
+    let solved = clock.seconds();
+    println!(
+        "L U, {count} vertices: order and analyse {analysed:.2}, factor {:.2}, solve {:.2}, \
+         residual {:.1e}, rows exchanged {:?}",
+        factored - analysed,
+        solved - factored,
+        solution.residual,
+        factor.exchange()
+    );
+    Ok(())
+}
+
+/// CPU seconds of the whole process where the system tells, else elapsed ones.
+struct Clock {
+    cpu: Option<f64>,
+    wall: Instant,
+}
+
+impl Clock {
+    fn start() -> Self {
+        Self {
+            cpu: cpu_seconds(),
+            wall: Instant::now(),
+        }
+    }
+
+    fn seconds(&self) -> f64 {
+        match (self.cpu, cpu_seconds()) {
+            (Some(start), Some(now)) => now - start,
+            _ => self.wall.elapsed().as_secs_f64(),
+        }
+    }
+}
+
+/// User and system time in ticks of a hundredth of a second: fields 14 and 15 of Linux's `stat`.
+fn cpu_seconds() -> Option<f64> {
+    let text = std::fs::read_to_string("/proc/self/stat").ok()?;
+    let mut fields = text.rsplit(')').next()?.split_whitespace().skip(11);
+    let mut ticks = || fields.next()?.parse::<f64>().ok();
+    Some((ticks()? + ticks()?) / 100.0)
+}
+
+/// A surface of about the given number of vertices, numbered at random.
+fn surface(shape: &str, vertices: u32) -> Result<Fixture, String> {
+    let surface = match shape {
+        "torus" => {
+            let around = (2 * vertices).isqrt();
+            torus(1.0, 0.4, around, vertices / around).map(|p| {
+                let bumps = 0.08 * (9.0 * p.x).sin() * (7.0 * p.y).cos();
+                p * (1.0 + bumps + 0.05 * (13.0 * p.z).sin())
+            })
+        }
+        "disk" => irregular_disk((vertices / 3).isqrt(), 1),
+        other => return Err(format!("no such surface: {other}")),
+    };
+    Ok(surface.renumbered(1).0)
+}
+
+fn edges(fixture: &Fixture) -> Vec<[usize; 2]> {
+    let sides = |&[a, b, c]: &[u32; 3]| [[a, b], [b, c], [c, a]];
+    let mut edges: Vec<[u32; 2]> = fixture.triangles.iter().flat_map(sides).collect();
+    for edge in &mut edges {
+        edge.sort_unstable();
+    }
+    edges.sort_unstable();
+    edges.dedup();
+    edges
+        .into_iter()
+        .map(|edge| edge.map(|end| end as usize))
+        .collect()
+}
+
+fn laplacian(vertices: usize, edges: &[[usize; 2]]) -> Result<SymmetricMatrix, Box<dyn Error>> {
+    let weights = edges
+        .iter()
+        .flat_map(|&[a, b]| [(a, a, 1.0), (b, b, 1.0), (a, b, -1.0)]);
+    let mass = (0..vertices).map(|index| (index, index, 1e-4));
+    Ok(SymmetricMatrix::from_triplets(
+        vertices,
+        weights.chain(mass),
+    )?)
 }

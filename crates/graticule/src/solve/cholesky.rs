@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
+use faer::linalg::cholesky::llt::factor::LltRegularization;
 use faer::sparse::linalg::cholesky::{LdltRef, LltRef, SymbolicCholesky, SymbolicCholeskyRaw};
-use faer::{Conj, MatMut, Par, Side};
+use faer::{Conj, MatMut, Par, Side, Spec};
 
 use super::solution::{Factored, Solution, solve_checked};
 use super::{Ordering, SolveError, Symbolic, SymmetricMatrix};
@@ -42,15 +43,15 @@ impl Cholesky {
         symbolic.check_pattern(matrix.lower().pattern())?;
         let mut factor = zeros(symbolic.faer().len_val())?;
         let plan = symbolic.faer();
-        let scratch = plan.factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default());
+        let scratch = plan.factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default());
         let done = plan.factorize_numeric_llt(
             &mut factor,
             matrix.lower().faer(),
             Side::Lower,
-            Default::default(),
+            LltRegularization::default(),
             Par::Seq,
             MemStack::new(&mut memory(scratch)?),
-            Default::default(),
+            Spec::default(),
         );
         if done.is_err() {
             return Err(first_bad_pivot(symbolic, matrix)?);
@@ -184,7 +185,7 @@ fn first_bad_pivot(
 ) -> Result<SolveError, SolveError> {
     let plan = symbolic.faer();
     let mut factor = zeros(plan.len_val())?;
-    let scratch = plan.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Default::default());
+    let scratch = plan.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Spec::default());
     // An exact zero stops the elimination there; what comes after stays zero.
     let _ = plan
         .factorize_numeric_ldlt(
@@ -194,7 +195,7 @@ fn first_bad_pivot(
             LdltRegularization::default(),
             Par::Seq,
             MemStack::new(&mut memory(scratch)?),
-            Default::default(),
+            Spec::default(),
         )
         .map(|done: LdltRef<'_, u32, f64>| done.symbolic());
     let (place, pivot) = factor_diagonal(plan, &factor)

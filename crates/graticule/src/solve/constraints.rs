@@ -51,6 +51,11 @@ impl Independence {
         self.steps.len()
     }
 
+    /// Powers of two near the rows' largest coefficients.
+    pub(super) fn scales(&self) -> &[f64] {
+        &self.scales
+    }
+
     pub(super) fn is_independent(&self, row: usize) -> bool {
         self.independent[row]
     }

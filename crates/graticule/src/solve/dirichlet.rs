@@ -82,11 +82,9 @@ impl Partition {
     /// All unknowns of each column, from the fixed values and the solved free ones.
     fn merged(&self, fixed_values: &[f64], mut solved: Solution) -> Solution {
         let [free, fixed] = [self.free.len(), self.fixed.len()];
-        let columns = if free > 0 {
-            solved.values.len() / free
-        } else {
-            fixed_values.len().checked_div(fixed).unwrap_or(0)
-        };
+        let of_free = solved.values.len().checked_div(free);
+        let of_fixed = fixed_values.len().checked_div(fixed);
+        let columns = of_free.or(of_fixed).unwrap_or(0);
         let mut values = Vec::with_capacity(columns * self.places.len());
         for column in 0..columns {
             values.extend(self.places.iter().map(|place| match *place {

@@ -40,12 +40,21 @@ pub struct Eigenpair {
     pub iterations: usize,
 }
 
-/// The eigenvector of `A x = λ B x` with the smallest `λ` among those that are `B`-orthogonal to
-/// the `deflated` vectors.
+/// The problem `A x = λ B x`, restricted to the complement of known eigenvectors.
+#[derive(Clone, Copy, Debug)]
+pub struct Pencil<'a> {
+    /// `A`: symmetric, not negative on any direction.
+    pub stiffness: &'a SymmetricMatrix,
+    /// `B`: likewise. It may have few entries; no direction may have zero energy in both.
+    pub mass: &'a SymmetricMatrix,
+    /// Vectors to which the result is `B`-orthogonal, such as the constants.
+    pub deflated: &'a [Vec<f64>],
+}
+
+/// The eigenvector of `A x = λ B x` with the smallest `λ` of a pencil, as a spectral conformal map
+/// (Mullen et al. 2008) is one with the mass of the boundary and the constants deflated.
 ///
-/// Both matrices are symmetric and not negative on any direction, and no direction has zero energy
-/// in both. `B` may have few entries, as the boundary mass of a spectral conformal map (Mullen et al.
-/// 2008), whose constants are to be deflated. Where the smallest eigenvalue is multiple, the result is
+/// Where the smallest eigenvalue is multiple, the result is
 /// one of its eigenvectors, which one depends on the fixed start. One factorisation of `A + σ B`, two
 /// triangular solves per iteration.
 ///
@@ -54,18 +63,22 @@ pub struct Eigenpair {
 /// a direction has no energy in either matrix; [`SolveError::LengthMismatch`],
 /// [`SolveError::Stopped`].
 pub fn smallest_eigenvector(
-    stiffness: &SymmetricMatrix,
-    mass: &SymmetricMatrix,
-    deflated: &[Vec<f64>],
+    pencil: Pencil<'_>,
     ordering: &Ordering,
-    (options, watch): (EigenOptions, &Watch),
+    options: EigenOptions,
+    watch: &Watch,
 ) -> Result<Eigenpair, SolveError> {
+    let Pencil {
+        stiffness,
+        mass,
+        deflated,
+    } = pencil;
     let order = stiffness.order();
     SolveError::check_length("rows of the mass matrix", mass.order(), order)?;
     for vector in deflated {
         SolveError::check_length("entries of a deflated vector", vector.len(), order)?;
     }
-    let mut pencil = Pencil {
+    let mut iteration = InverseIteration {
         factor: shifted(stiffness, mass, ordering)?,
         stiffness,
         mass,
@@ -74,14 +87,14 @@ pub fn smallest_eigenvector(
     };
     for vector in deflated {
         let mut vector = vector.clone();
-        if pencil.normalise(&mut vector) {
-            pencil.deflated.push(vector);
+        if iteration.normalise(&mut vector) {
+            iteration.deflated.push(vector);
         }
     }
-    pencil.iterate(options, watch)
+    iteration.iterate(options, watch)
 }
 
-struct Pencil<'a> {
+struct InverseIteration<'a> {
     factor: Cholesky,
     stiffness: &'a SymmetricMatrix,
     mass: &'a SymmetricMatrix,
@@ -90,7 +103,7 @@ struct Pencil<'a> {
     norms: [f64; 2],
 }
 
-impl Pencil<'_> {
+impl InverseIteration<'_> {
     /// Makes a vector `B`-orthogonal to the deflated ones and gives it length one; whether
     /// anything was left of it.
     fn normalise(&self, vector: &mut [f64]) -> bool {
@@ -98,7 +111,7 @@ impl Pencil<'_> {
         if scale == 0.0 || !scale.is_finite() {
             return false;
         }
-        vector.iter_mut().for_each(|x| *x /= scale);
+        divide(vector, scale);
         // Twice is enough (Kahan, in Parlett 1980).
         for _ in 0..2 {
             let image = self.mass.multiply(vector);
@@ -113,7 +126,7 @@ impl Pencil<'_> {
         let length = dot(vector, &self.mass.multiply(vector)).sqrt();
         let something = length > 0.0 && length.is_finite();
         if something {
-            vector.iter_mut().for_each(|x| *x /= length);
+            divide(vector, length);
         }
         something
     }
@@ -163,6 +176,12 @@ impl Pencil<'_> {
             residual: relative_to(largest(&left), whole),
             iterations,
         }
+    }
+}
+
+fn divide(vector: &mut [f64], divisor: f64) {
+    for x in vector {
+        *x /= divisor;
     }
 }
 

@@ -103,6 +103,17 @@ pub enum SolveError {
         /// The pivot met there.
         pivot: f64,
     },
+    /// An operator known by its products only gave a direction no positive energy.
+    #[error(
+        "the operator is not positive definite: iteration {iteration} met a direction of energy \
+         {energy:e}"
+    )]
+    IndefiniteOperator {
+        /// The iteration.
+        iteration: usize,
+        /// The energy of its direction.
+        energy: f64,
+    },
     /// No pivot is left for a column.
     #[error("the matrix is singular: column {column} has the pivot {pivot:e}")]
     Singular {

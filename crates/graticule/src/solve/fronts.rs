@@ -14,7 +14,7 @@ use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve as triangular;
 use faer::sparse::linalg::cholesky::SymbolicCholeskyRaw;
 use faer::sparse::linalg::cholesky::supernodal::SymbolicSupernodalCholesky;
-use faer::{Accum, MatMut, MatRef, Par};
+use faer::{Accum, MatMut, MatRef, Par, Spec};
 
 use super::cholesky::zeros;
 use super::solution::largest;
@@ -225,15 +225,14 @@ impl Block {
         let lower = MatMut::from_column_major_slice_mut(&mut self.lower, columns + below, columns);
         let (mut own, mut under) = lower.split_at_row_mut(columns);
         let mut inverse = vec![0; columns];
-        let scratch =
-            lu_in_place_scratch::<u32, f64>(columns, columns, Par::Seq, Default::default());
+        let scratch = lu_in_place_scratch::<u32, f64>(columns, columns, Par::Seq, Spec::default());
         lu_in_place(
             own.as_mut(),
             &mut self.exchange,
             &mut inverse,
             Par::Seq,
             MemStack::new(&mut MemBuffer::new(scratch)),
-            Default::default(),
+            Spec::default(),
         );
         for k in 0..columns {
             // Not `<=`: a pivot that is not a number is weak too.

@@ -71,16 +71,19 @@ impl LinearOperator for ParallelMatrix {
 
 /// When to stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ConjugateGradientOptions {
+pub struct ConjugateGradientOptions<'a> {
+    /// Where to start; from zero if absent.
+    pub start: Option<&'a [f64]>,
     /// The norm of the residual at which to stop, relative to that of the right-hand side.
     pub tolerance: f64,
     /// Most iterations.
     pub most_iterations: usize,
 }
 
-impl Default for ConjugateGradientOptions {
+impl Default for ConjugateGradientOptions<'_> {
     fn default() -> Self {
         Self {
+            start: None,
             tolerance: 1e-10,
             most_iterations: 10_000,
         }
@@ -98,28 +101,28 @@ pub struct ConjugateGradientSolution {
     pub residual: f64,
 }
 
-/// Solves `A x = b` for a symmetric positive definite operator (Hestenes and Stiefel 1952), from
-/// zero or from `start`.
+/// Solves `A x = b` for a symmetric positive definite operator (Hestenes and Stiefel 1952).
 ///
 /// The vectors' products are summed in fixed pieces: the result is the same for any number of
 /// threads. Each iteration costs one application of the operator and of the preconditioner.
 ///
 /// # Errors
 /// [`SolveError::NotConverged`] after the most iterations or when rounding stops progress above the
-/// tolerance, [`SolveError::NotPositiveDefinite`] for a direction without positive energy (column 0
-/// stands for it: no column can be named), [`SolveError::NonFiniteRightSide`],
+/// tolerance, [`SolveError::IndefiniteOperator`], [`SolveError::NonFiniteRightSide`],
 /// [`SolveError::LengthMismatch`], [`SolveError::Stopped`].
 pub fn conjugate_gradients(
     operator: &impl LinearOperator,
     preconditioner: &impl Preconditioner,
     right_side: &[f64],
-    start: Option<&[f64]>,
-    (options, watch): (ConjugateGradientOptions, &Watch),
+    options: ConjugateGradientOptions<'_>,
+    watch: &Watch,
 ) -> Result<ConjugateGradientSolution, SolveError> {
     let order = operator.order();
     SolveError::check_length("numbers on the right", right_side.len(), order)?;
     super::solution::count_columns(right_side, order)?;
-    let start = start.map_or_else(|| vec![0.0; order], <[f64]>::to_vec);
+    let start = options
+        .start
+        .map_or_else(|| vec![0.0; order], <[f64]>::to_vec);
     SolveError::check_length("numbers to start from", start.len(), order)?;
     let scale = power_of_two(largest(right_side));
     if largest(right_side) == 0.0 {
@@ -166,7 +169,7 @@ impl<A: LinearOperator, P: Preconditioner> Run<'_, A, P> {
     /// it seems small enough, and the iteration restarted once more where it is not.
     fn iterate(
         &mut self,
-        options: ConjugateGradientOptions,
+        options: ConjugateGradientOptions<'_>,
         watch: &Watch,
     ) -> Result<(usize, f64), SolveError> {
         let whole = dot(&self.right_side, &self.right_side).sqrt();
@@ -216,9 +219,9 @@ impl<A: LinearOperator, P: Preconditioner> Run<'_, A, P> {
             // Not `<=`: an energy that is not a number is not positive.
             let positive = energy > 0.0 && product > 0.0;
             if !positive {
-                return Err(SolveError::NotPositiveDefinite {
-                    column: 0,
-                    pivot: energy.min(product),
+                return Err(SolveError::IndefiniteOperator {
+                    iteration: done + 1,
+                    energy: energy.min(product),
                 });
             }
             let length = product / energy;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
 use faer::sparse::linalg::cholesky::LdltRef;
-use faer::{Conj, MatMut, Par, Side};
+use faer::{Conj, MatMut, Par, Side, Spec};
 
 use super::cholesky::{memory, zeros};
 use super::solution::{Factored, Solution, power_of_two, solve_checked};
@@ -79,7 +79,7 @@ fn factor_values(
 ) -> Result<Vec<f64>, SolveError> {
     let plan = symbolic.faer();
     let mut factor = zeros(plan.len_val())?;
-    let scratch = plan.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Default::default());
+    let scratch = plan.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Spec::default());
     let regularization = LdltRegularization {
         dynamic_regularization_signs: signs,
         dynamic_regularization_delta: tolerance::PIVOT_REPLACEMENT,
@@ -93,7 +93,7 @@ fn factor_values(
             regularization,
             Par::Seq,
             MemStack::new(&mut memory(scratch)?),
-            Default::default(),
+            Spec::default(),
         )
         .map(|_| ());
     let bad = factor.iter().any(|value| !value.is_finite());

@@ -76,8 +76,8 @@ pub struct Lu {
     scaled: SparseMatrix,
     row_scales: Vec<f64>,
     column_scales: Vec<f64>,
-    norm: f64,
-    transposed_norm: f64,
+    row_norm: f64,
+    column_norm: f64,
 }
 
 #[derive(Clone, Debug)]
@@ -116,8 +116,8 @@ impl Lu {
         Ok(Self {
             symbolic: Arc::clone(symbolic),
             factors,
-            norm: scaled.row_sum_norm(),
-            transposed_norm: scaled.column_sum_norm(),
+            row_norm: scaled.row_sum_norm(),
+            column_norm: scaled.column_sum_norm(),
             scaled,
             row_scales,
             column_scales,
@@ -208,7 +208,7 @@ impl Factored for Straight<'_> {
     }
 
     fn norm(&self) -> f64 {
-        self.0.norm
+        self.0.row_norm
     }
 
     fn multiply_into(&self, input: &[f64], output: &mut [f64]) {
@@ -225,8 +225,9 @@ impl Factored for Transposed<'_> {
         self.0.scaled.rows()
     }
 
+    // Rows of the transposed matrix are columns of this one.
     fn norm(&self) -> f64 {
-        self.0.transposed_norm
+        self.0.column_norm
     }
 
     fn multiply_into(&self, input: &[f64], output: &mut [f64]) {

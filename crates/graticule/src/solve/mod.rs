@@ -20,7 +20,7 @@ mod symbolic;
 
 pub use cholesky::Cholesky;
 pub use dirichlet::{DirichletLu, DirichletSystem};
-pub use eigen::{EigenOptions, Eigenpair, smallest_eigenvector};
+pub use eigen::{EigenOptions, Eigenpair, Pencil, smallest_eigenvector};
 pub use error::SolveError;
 pub use hermitian::{HermitianCholesky, HermitianMatrix};
 pub use iterative::{

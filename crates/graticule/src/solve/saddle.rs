@@ -1,7 +1,7 @@
 //! Minimisation under linear constraints: saddle point systems.
 
 use super::constraints::Independence;
-use super::solution::count_columns;
+use super::solution::{count_columns, power_of_two};
 use super::{Ldlt, Ordering, Placement, SolveError, SparseMatrix, Symbolic, SymmetricMatrix};
 
 /// Constraints with more coefficients than this do not shape the elimination order: no order
@@ -25,6 +25,8 @@ pub struct SaddleSystem {
     /// Numbers of the constraints in the system.
     kept: Vec<usize>,
     unknowns: usize,
+    /// The power of two by which `K` was divided; the constraints were by their own.
+    scale: f64,
 }
 
 /// What minimises under the constraints.
@@ -59,7 +61,9 @@ impl SaddleSystem {
             .filter(|&row| independence.is_independent(row))
             .collect();
         let ordering = ordering(matrix, &by_row, &kept, placement)?;
-        let whole = assembled(matrix, &by_row, &kept)?;
+        let scale = power_of_two(matrix.lower().largest_entry());
+        let kept_rows = kept.iter().map(|&row| (row, independence.scales()[row]));
+        let whole = assembled((matrix, scale), &by_row, kept_rows)?;
         let mut signs = vec![1; unknowns];
         signs.resize(unknowns + kept.len(), -1);
         let symbolic = Symbolic::new(&whole, &ordering)?;
@@ -68,6 +72,7 @@ impl SaddleSystem {
             independence,
             kept,
             unknowns,
+            scale,
         })
     }
 
@@ -94,8 +99,10 @@ impl SaddleSystem {
         for column in 0..columns {
             let targets = &targets[column * rows..][..rows];
             self.independence.check_targets(targets)?;
-            right_sides.extend(&loads[column * self.unknowns..][..self.unknowns]);
-            right_sides.extend(self.kept.iter().map(|&row| targets[row]));
+            let loads = &loads[column * self.unknowns..][..self.unknowns];
+            right_sides.extend(loads.iter().map(|load| load / self.scale));
+            let scales = self.independence.scales();
+            right_sides.extend(self.kept.iter().map(|&row| targets[row] / scales[row]));
         }
         let solved = self.factor.solve(&right_sides)?;
         Ok(self.parted(&solved.values, solved.residual))
@@ -109,7 +116,7 @@ impl SaddleSystem {
             let start = multipliers.len();
             multipliers.resize(start + self.independence.rows(), 0.0);
             for (&row, &value) in self.kept.iter().zip(of_kept) {
-                multipliers[start + row] = value;
+                multipliers[start + row] = value * self.scale / self.independence.scales()[row];
             }
         }
         SaddleSolution {
@@ -120,17 +127,22 @@ impl SaddleSystem {
     }
 }
 
+/// The whole matrix, `K` and each constraint divided by their scales: what is of different kind
+/// comes to the same size.
 fn assembled(
-    matrix: &SymmetricMatrix,
+    (matrix, scale): (&SymmetricMatrix, f64),
     by_row: &SparseMatrix,
-    kept: &[usize],
+    kept: impl ExactSizeIterator<Item = (usize, f64)>,
 ) -> Result<SymmetricMatrix, SolveError> {
     let unknowns = matrix.order();
-    let rows = kept.iter().enumerate().flat_map(|(place, &row)| {
+    let order = unknowns + kept.len();
+    let rows = kept.enumerate().flat_map(|(place, (row, scale))| {
         let entries = by_row.column(row);
-        entries.map(move |(unknown, value)| (unknowns + place, unknown, value))
+        entries.map(move |(unknown, value)| (unknowns + place, unknown, value / scale))
     });
-    SymmetricMatrix::from_triplets(unknowns + kept.len(), matrix.lower().triplets().chain(rows))
+    let own = matrix.lower().triplets();
+    let own = own.map(|(row, column, value)| (row, column, value / scale));
+    SymmetricMatrix::from_triplets(order, own.chain(rows))
 }
 
 /// Unknowns by their placement, each constraint right after the last of its unknowns, so that

@@ -66,7 +66,9 @@ pub(super) fn solve_checked(
         (corrections, residual) = refined;
     }
     for (column, scale) in values.chunks_exact_mut(order.max(1)).zip(scales) {
-        column.iter_mut().for_each(|value| *value *= scale);
+        for value in column {
+            *value *= scale;
+        }
     }
     check_solution(values, residual)
 }
@@ -104,7 +106,9 @@ fn scaled_columns(right_sides: &[f64], order: usize) -> (Vec<f64>, Vec<f64>) {
         .chunks_exact_mut(order.max(1))
         .map(|column| {
             let scale = power_of_two(largest(column));
-            column.iter_mut().for_each(|value| *value /= scale);
+            for value in column {
+                *value /= scale;
+            }
             scale
         })
         .collect();

@@ -286,7 +286,7 @@ impl SymmetricMatrix {
         let transposed = full.transpose();
         for (row, column, value) in full.triplets() {
             let mirrored = transposed.get(row, column);
-            if mirrored.to_bits() != value.to_bits() && mirrored != value {
+            if (mirrored - value).abs() > 0.0 {
                 return Err(SolveError::NotSymmetric {
                     row,
                     column,

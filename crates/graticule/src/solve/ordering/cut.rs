@@ -20,9 +20,9 @@ const POOR_CUT: f64 = 6.0;
 /// `point` gives each vertex a finite place. The part has at least two vertices.
 pub(super) fn choose_cut(graph: &Graph, point: impl Fn(u32) -> DVec3) -> Vec<Side> {
     let vertices = 0..graph.vertices() as u32;
-    let root = (graph.vertices() as f64).sqrt();
+    let root = graph.vertices().isqrt();
     // A straight cut crosses a few times √n edges: a sample sees hundreds of them.
-    let stride = 1 + (root / 200.0) as usize;
+    let stride = 1 + root / 200;
     let sample: Vec<DVec3> = vertices.clone().step_by(stride).map(&point).collect();
     let mut best: Option<(Cut, Vec<u16>)> = None;
     for direction in directions(&sample) {
@@ -32,7 +32,7 @@ pub(super) fn choose_cut(graph: &Graph, point: impl Fn(u32) -> DVec3) -> Vec<Sid
     }
     if best
         .as_ref()
-        .is_none_or(|(cut, _)| cut.crossing > POOR_CUT * root)
+        .is_none_or(|(cut, _)| cut.crossing > POOR_CUT * root as f64)
     {
         best = better(best, best_cut(graph, 1, bins_of_steps(graph)));
     }
@@ -89,9 +89,10 @@ impl Slices {
         }
     }
 
+    /// Points outside the sample's range go to the first or last slice.
+    #[expect(clippy::cast_sign_loss, reason = "negative numbers saturate to 0")]
     fn bin(&self, point: DVec3) -> u16 {
         let bin = (point.dot(self.direction) - self.lowest) * self.per_length;
-        // Points outside the sample's range go to the first or last slice.
         (bin as u16).min(BINS as u16 - 1)
     }
 }
@@ -201,7 +202,7 @@ fn best_cut(graph: &Graph, stride: usize, bins: Vec<u16>) -> Option<(Cut, Vec<u1
         if best.as_ref().is_none_or(|least| cost < least.cost) {
             best = Some(Cut {
                 boundary: bin as u16 + 1,
-                crossing: (crossing * stride as isize) as f64,
+                crossing: crossing as f64 * stride as f64,
                 cost,
             });
         }

@@ -68,11 +68,12 @@ pub(super) fn dissect(graph: &Graph, points: &[DVec3]) -> Vec<u32> {
 /// Vertices with so many neighbours that every cut would have to contain them go last, as in
 /// approximate minimum degree.
 fn split_dense_vertices(graph: &Graph) -> (Vec<u32>, Vec<u32>) {
-    let limit = (10.0 * (graph.vertices() as f64).sqrt()).max(16.0) as usize;
+    let limit = (10 * graph.vertices().isqrt()).max(16);
     (0..graph.vertices() as u32).partition(|&vertex| graph.neighbours(vertex).len() <= limit)
 }
 
 /// Sorts along the Morton curve, 21 bits of each coordinate.
+#[expect(clippy::cast_sign_loss, reason = "coordinates are at least -1")]
 fn sorted_along_curve(vertices: Vec<u32>, points: &[DVec3]) -> Vec<u32> {
     let spread = |value: f64| {
         // Two zero bits between any two bits.

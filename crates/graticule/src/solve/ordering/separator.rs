@@ -65,7 +65,8 @@ impl Band {
             counts[right] += 1;
             // Without a branch per neighbour: most vertices are nowhere near the cut.
             let neighbours = graph.neighbours(vertex).iter();
-            if neighbours.fold(false, |across, &n| across | (sides[n as usize] != side)) {
+            let across = neighbours.map(|&n| u32::from(sides[n as usize] != side));
+            if across.sum::<u32>() > 0 {
                 rims[right].push(vertex);
             }
         }
@@ -269,5 +270,101 @@ impl<'a> Flow<'a> {
         for &state in path {
             self.ranks[state as usize] = ABSENT;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A square lattice, vertices numbered row by row.
+    fn lattice(columns: u32, rows: u32) -> Graph {
+        let vertex = move |column, row| row * columns + column;
+        let across = (0..rows).flat_map(move |row| {
+            (1..columns).map(move |column| [vertex(column - 1, row), vertex(column, row)])
+        });
+        let along = (1..rows).flat_map(move |row| {
+            (0..columns).map(move |column| [vertex(column, row - 1), vertex(column, row)])
+        });
+        Graph::from_edges((columns * rows) as usize, across.chain(along))
+    }
+
+    fn halves(graph: &Graph, left: impl Fn(u32) -> bool) -> Vec<Side> {
+        let side = |vertex| {
+            if left(vertex) {
+                Side::Left
+            } else {
+                Side::Right
+            }
+        };
+        (0..graph.vertices() as u32).map(side).collect()
+    }
+
+    fn count(sides: &[Side], side: Side) -> usize {
+        sides.iter().filter(|&&other| other == side).count()
+    }
+
+    fn assert_parted(graph: &Graph, sides: &[Side]) {
+        for vertex in 0..graph.vertices() as u32 {
+            for &neighbour in graph.neighbours(vertex) {
+                let pair = [vertex, neighbour].map(|v| sides[v as usize]);
+                assert_ne!(pair, [Side::Left, Side::Right], "{vertex} and {neighbour}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_lattice_is_parted_by_one_column() {
+        let graph = lattice(30, 12);
+        let mut sides = halves(&graph, |vertex| vertex % 30 < 15);
+        separate(&graph, &mut sides, 0);
+        assert_parted(&graph, &sides);
+        assert_eq!(count(&sides, Side::Separator), 12);
+    }
+
+    #[test]
+    fn a_ragged_cut_is_straightened_within_the_band() {
+        // Teeth three columns deep in every other row.
+        let graph = lattice(60, 12);
+        let mut sides = halves(&graph, |v| v % 60 < if v / 60 % 2 == 0 { 29 } else { 32 });
+        separate(&graph, &mut sides, 3);
+        assert_parted(&graph, &sides);
+        assert_eq!(count(&sides, Side::Separator), 12);
+    }
+
+    #[test]
+    fn the_neck_of_an_hourglass_is_found() {
+        // Rows are missing in the two columns beside the cut.
+        let columns = 40;
+        let edges: Vec<[u32; 2]> = {
+            let whole = lattice(columns, 15);
+            let missing = |v: u32| (21..23).contains(&(v % columns)) && v / columns > 3;
+            (0..600)
+                .flat_map(|v| whole.neighbours(v).iter().map(move |&n| [v, n]))
+                .filter(|edge| !edge.iter().any(|&v| missing(v)))
+                .collect()
+        };
+        let graph = Graph::from_edges(600, edges.into_iter());
+        let mut sides = halves(&graph, |vertex| vertex % columns < 20);
+        separate(&graph, &mut sides, 3);
+        assert_parted(&graph, &sides);
+        assert_eq!(count(&sides, Side::Separator), 4);
+    }
+
+    #[test]
+    fn parts_without_edges_between_them_need_no_separator() {
+        let graph = Graph::from_edges(4, [[0, 1], [2, 3]].into_iter());
+        let mut sides = halves(&graph, |vertex| vertex < 2);
+        separate(&graph, &mut sides, 3);
+        assert_eq!(count(&sides, Side::Separator), 0);
+    }
+
+    #[test]
+    fn the_smaller_end_of_a_star_is_its_centre() {
+        let graph = Graph::from_edges(9, (1..9).map(|leaf| [0, leaf]));
+        let mut sides = halves(&graph, |vertex| vertex == 0);
+        separate(&graph, &mut sides, 3);
+        assert_parted(&graph, &sides);
+        assert_eq!(count(&sides, Side::Separator), 1);
     }
 }
