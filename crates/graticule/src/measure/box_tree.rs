@@ -94,10 +94,19 @@ impl BoxTree {
         self.items[rank] as usize
     }
 
-    /// The box of the item at a rank.
-    #[inline]
-    pub(super) fn bounds(&self, rank: usize) -> &Bounds {
-        &self.bounds[rank]
+    /// The ranks of the items in `leaves` whose boxes overlap that of the item at `rank`, itself
+    /// included if it has an area.
+    pub(super) fn overlapping<'a>(
+        &'a self,
+        rank: usize,
+        leaves: &'a [usize],
+    ) -> impl Iterator<Item = usize> + 'a {
+        let target = &self.bounds[rank];
+        leaves
+            .iter()
+            .filter(|&&leaf| self.levels[0][leaf].overlaps(target))
+            .flat_map(|&leaf| self.leaf(leaf))
+            .filter(|&other| self.bounds[other].overlaps(target))
     }
 
     /// Puts the leaves from number `first` on whose boxes overlap that of `leaf` into `found`.
@@ -176,11 +185,9 @@ mod tests {
             for leaf in 0..tree.leaf_count() {
                 tree.overlapping_leaves(leaf, leaf, &mut found);
                 for i in tree.leaf(leaf) {
-                    for j in found.iter().flat_map(|&other| tree.leaf(other)) {
-                        if i < j && tree.bounds(i).overlaps(tree.bounds(j)) {
-                            let (a, b) = (tree.item(i), tree.item(j));
-                            pairs.push((a.min(b), a.max(b)));
-                        }
+                    for j in tree.overlapping(i, &found).filter(|&j| i < j) {
+                        let (a, b) = (tree.item(i), tree.item(j));
+                        pairs.push((a.min(b), a.max(b)));
                     }
                 }
             }

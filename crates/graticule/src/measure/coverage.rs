@@ -9,7 +9,7 @@ use crate::watch::Watch;
 /// Most lines that a map is scanned along.
 const MOST_LINES: usize = 4096;
 /// Fewest lines, however many edges they cross.
-const FEWEST_LINES: usize = 64;
+const FEWEST_LINES: usize = 16;
 /// Crossings of lines and edges to stay below if possible: the cost of the scan.
 const CROSSINGS: f64 = 4e6;
 /// Crossings that one task holds at a time, about.
@@ -43,6 +43,7 @@ struct Step {
 /// cover changes (borders and folds) are looked at, and adjacent triangles share their edges
 /// exactly, so that a map without overlap shows none.
 pub(super) fn scan(map: &UvMap<'_>, watch: &Watch) -> Result<Coverage, MeasureError> {
+    let _stage = watch.stage("covered area");
     let steps = steps(map);
     let bottom = steps
         .iter()

@@ -108,20 +108,12 @@ struct Sums {
 }
 
 impl Sums {
-    const START: Self = Self {
-        area: 0.0,
-        uv_area: 0.0,
-        ratio: 0.0,
-        inverse_ratio: 0.0,
-        angle_change: 0.0,
-        inverse_squares: 0.0,
-        squares: 0.0,
-        shear: 0.0,
-        unflipped_area: 0.0,
-        unflipped_squares: 0.0,
-        unflipped_inverse_squares: 0.0,
-        least_value: f64::INFINITY,
-    };
+    fn start() -> Self {
+        Self {
+            least_value: f64::INFINITY,
+            ..Self::default()
+        }
+    }
 
     fn with(mut self, face: &FaceDistortion) -> Self {
         let [larger, smaller] = face.singular_values;
@@ -175,9 +167,9 @@ pub(super) fn summarize(map: &UvMap<'_>, faces: &[FaceDistortion]) -> Option<Dis
         return None;
     }
     let parts = statistics::by_chunks(&measured, |chunk| {
-        chunk.iter().fold(Sums::START, Sums::with)
+        chunk.iter().fold(Sums::start(), Sums::with)
     });
-    let sums = parts.into_iter().fold(Sums::START, Sums::join);
+    let sums = parts.into_iter().fold(Sums::start(), Sums::join);
     let mean = |sum: f64| sum / sums.area;
     let area_scale = sums.uv_area / sums.area;
     let symmetric_dirichlet = 2.0

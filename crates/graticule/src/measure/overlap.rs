@@ -8,15 +8,15 @@ use super::box_tree::{Bounds, BoxTree};
 use super::islands::Islands;
 use super::uv_map::{UvMap, orientation};
 use crate::mesh::FaceId;
-use crate::watch::Watch;
+use crate::watch::{Stopped, Watch};
 
 /// Leaves of the tree that one task searches.
 const LEAVES_PER_TASK: usize = 16;
-/// Tasks between two looks at what was found so far.
+/// Most tasks between two looks at what was found so far.
 const TASKS_PER_ROUND: usize = 64;
 
 /// Crossings at which counting stops: a map with this many has no more to say.
-pub(super) const CROSSING_LIMIT: u64 = 1_000_000;
+pub(super) const CROSSING_LIMIT: u64 = 100_000;
 
 /// Pairs of border edges that cross in the interior of both.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,16 +30,20 @@ pub(super) struct Crossings {
 /// Edges that touch, at their ends or along a line, do not cross. Near-linear in the number of
 /// edges where few of their boxes overlap.
 pub(super) fn count_crossings(map: &UvMap<'_>, watch: &Watch) -> Result<Crossings, MeasureError> {
+    let _stage = watch.stage("boundary crossings");
     let (segments, copies) = distinct_segments(map);
     let boxes: Vec<_> = segments.iter().map(|ends| Bounds::around(ends)).collect();
     let tree = BoxTree::new(&boxes);
     let mut count = 0;
     for round in rounds(tree.leaf_count()) {
-        watch.check()?;
-        count += round
-            .into_par_iter()
-            .map(|leaves| crossings_of_leaves(&tree, leaves, &segments, &copies))
-            .sum::<u64>();
+        let counts = round.into_par_iter().map(|leaves| {
+            let counts = leaves.map(|leaf| {
+                watch.check()?;
+                Ok(crossings_of_leaf(&tree, leaf, &segments, &copies))
+            });
+            counts.sum::<Result<u64, Stopped>>()
+        });
+        count += counts.sum::<Result<u64, Stopped>>()?;
         if count > CROSSING_LIMIT {
             return Ok(Crossings {
                 count: CROSSING_LIMIT,
@@ -51,60 +55,66 @@ pub(super) fn count_crossings(map: &UvMap<'_>, watch: &Watch) -> Result<Crossing
     Ok(Crossings { count, complete })
 }
 
-/// The segments along borders, and how many border edges lie on each: islands stacked exactly on
-/// each other would make a quadratic number of equal pairs.
+/// The segments along borders, and how many border edges lie on each.
+///
+/// Islands stacked exactly on each other would make a quadratic number of pairs that touch
+/// everywhere and cross nowhere.
 fn distinct_segments(map: &UvMap<'_>) -> (Vec<[DVec2; 2]>, Vec<u64>) {
-    let order = |a: &DVec2, b: &DVec2| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y));
-    let mut segments: Vec<_> = map
+    let is_before = |a: DVec2, b: DVec2| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).is_lt();
+    let segments: Vec<_> = map
         .border()
         .map(|halfedge| map.image_of_side(halfedge).map(|p| p + DVec2::ZERO)) // -0 becomes 0
         .filter(|[a, b]| a != b)
-        .map(|[a, b]| {
-            if order(&a, &b).is_le() {
-                [a, b]
-            } else {
-                [b, a]
-            }
-        })
+        .map(|[a, b]| if is_before(a, b) { [a, b] } else { [b, a] })
         .collect();
-    segments.par_sort_unstable_by(|a, b| order(&a[0], &b[0]).then(order(&a[1], &b[1])));
-    let runs = segments.chunk_by(|a, b| a == b);
-    let copies = runs.map(|run| run.len() as u64).collect();
-    segments.dedup();
-    (segments, copies)
+    let mut order: Vec<(u64, u32)> = segments
+        .par_iter()
+        .enumerate()
+        .map(|(index, segment)| (mixed_bits(segment), index as u32))
+        .collect();
+    order.par_sort_unstable();
+    let segment = |entry: &(u64, u32)| segments[entry.1 as usize];
+    let runs = order.chunk_by(|a, b| a.0 == b.0 && segment(a) == segment(b));
+    runs.map(|run| (segment(&run[0]), run.len() as u64)).unzip()
 }
 
-/// The leaves in runs for one task each, a round of tasks at a time.
-fn rounds(leaf_count: usize) -> impl Iterator<Item = Vec<Range<usize>>> {
-    let tasks = leaf_count.div_ceil(LEAVES_PER_TASK);
-    (0..tasks).step_by(TASKS_PER_ROUND).map(move |first| {
-        let last = (first + TASKS_PER_ROUND).min(tasks);
-        let leaves =
-            |task: usize| LEAVES_PER_TASK * task..(LEAVES_PER_TASK * (task + 1)).min(leaf_count);
-        (first..last).map(leaves).collect()
+/// A number that is the same for equal segments, and for others hardly ever. That two different
+/// ones separate equal ones would cost time, nothing else.
+fn mixed_bits([a, b]: &[DVec2; 2]) -> u64 {
+    [a.x, a.y, b.x, b.y].iter().fold(0, |bits, coordinate| {
+        let mixed = (bits ^ coordinate.to_bits()).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        mixed ^ (mixed >> 29)
     })
 }
 
-fn crossings_of_leaves(
-    tree: &BoxTree,
-    leaves: Range<usize>,
-    segments: &[[DVec2; 2]],
-    copies: &[u64],
-) -> u64 {
+/// The leaves in runs for one task each, a round of tasks at a time; the first rounds are short,
+/// so that a search which soon finds enough soon ends.
+fn rounds(leaf_count: usize) -> impl Iterator<Item = Vec<Range<usize>>> {
+    let task_count = leaf_count.div_ceil(LEAVES_PER_TASK);
+    let mut done = 0;
+    std::iter::from_fn(move || {
+        let tasks = done..(done + (done + 1).min(TASKS_PER_ROUND)).min(task_count);
+        done = tasks.end;
+        let leaves = |task: usize| {
+            let first = LEAVES_PER_TASK * task;
+            first..(first + LEAVES_PER_TASK).min(leaf_count)
+        };
+        (!tasks.is_empty()).then(|| tasks.map(leaves).collect())
+    })
+}
+
+/// Crossings of segments in the leaf with each other and with those in later leaves; few more
+/// than the limit are counted.
+fn crossings_of_leaf(tree: &BoxTree, leaf: usize, segments: &[[DVec2; 2]], copies: &[u64]) -> u64 {
     let mut count = 0;
     let mut found = Vec::new();
-    for leaf in leaves {
-        tree.overlapping_leaves(leaf, leaf, &mut found);
-        for i in tree.leaf(leaf) {
-            let first = tree.item(i);
-            for j in found.iter().flat_map(|&other| tree.leaf(other)) {
-                let second = tree.item(j);
-                if i < j
-                    && tree.bounds(i).overlaps(tree.bounds(j))
-                    && cross(segments[first], segments[second])
-                {
-                    count += copies[first] * copies[second];
-                }
+    tree.overlapping_leaves(leaf, leaf, &mut found);
+    for i in tree.leaf(leaf) {
+        let first = tree.item(i);
+        for j in tree.overlapping(i, &found).filter(|&j| i < j) {
+            let second = tree.item(j);
+            if cross(segments[first], segments[second]) {
+                count += copies[first] * copies[second];
             }
             if count > CROSSING_LIMIT {
                 return count;
@@ -131,6 +141,7 @@ pub(super) fn find_overlap(
     islands: &Islands,
     watch: &Watch,
 ) -> Result<Option<[FaceId; 2]>, MeasureError> {
+    let _stage = watch.stage("overlapping triangles");
     let faces: Vec<FaceId> = map
         .surface
         .mesh()
@@ -149,12 +160,14 @@ pub(super) fn find_overlap(
         border_only: is_locally_injective(map, islands),
     };
     for round in rounds(tree.leaf_count()) {
-        watch.check()?;
-        let found = round
-            .into_par_iter()
-            .find_map_first(|mut leaves| leaves.find_map(|leaf| search.overlap_in(leaf)));
-        if found.is_some() {
-            return Ok(found);
+        let found = round.into_par_iter().find_map_first(|mut leaves| {
+            leaves.find_map(|leaf| match watch.check() {
+                Ok(()) => search.overlap_in(leaf).map(Ok),
+                Err(stopped) => Some(Err(stopped)),
+            })
+        });
+        if let Some(found) = found {
+            return Ok(Some(found?));
         }
     }
     Ok(None)
@@ -189,14 +202,11 @@ impl Search<'_> {
         }
         for i in sought {
             let triangle = self.image(i);
-            for j in found.iter().flat_map(|&other| self.tree.leaf(other)) {
-                if i != j
-                    && self.tree.bounds(i).overlaps(self.tree.bounds(j))
-                    && interiors_meet(&triangle, &self.image(j))
-                {
-                    let [a, b] = [i, j].map(|rank| self.faces[self.tree.item(rank)]);
-                    return Some([a.min(b), a.max(b)]);
-                }
+            let mut others = self.tree.overlapping(i, &found).filter(|&j| i != j);
+            let meeting = others.find(|&j| interiors_meet(&triangle, &self.image(j)));
+            if let Some(j) = meeting {
+                let [a, b] = [i, j].map(|rank| self.faces[self.tree.item(rank)]);
+                return Some([a.min(b), a.max(b)]);
             }
         }
         None
