@@ -90,6 +90,7 @@ fn push_marks(shapes: &mut Vec<Shape>, legend: &Legend, corner: DVec2, size: DVe
 }
 
 fn push_missing(shapes: &mut Vec<Shape>, corner: DVec2, side: f64, unit: f64) {
+    let corner = corner.round();
     shapes.push(Shape::Ramp {
         corner,
         size: DVec2::splat(side),

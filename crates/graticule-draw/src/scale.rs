@@ -23,15 +23,25 @@ pub struct ColorScale {
     pub range: Range,
     /// A value that gets the middle of the map; the range is widened to be symmetric around it.
     pub middle: Option<f64>,
+    /// The range around [`middle`](Self::middle) is at least this wide, so that a figure that is
+    /// neutral up to rounding looks neutral.
+    pub least_range: f64,
 }
 
+/// A range narrower than this share of its values is rounding and is drawn as one value.
+///
+/// Figures of an exact map differ by some 1e-13 of their values on the largest meshes.
+const ROUNDING: f64 = 1e-11;
+
 impl ColorScale {
-    /// Blue, white, red, symmetric around `middle`.
+    /// Blue, white, red, symmetric around `middle`, over a range of 0.02 at least: a change that
+    /// no eye could see in the shape, for figures without unit such as the logarithm of a ratio.
     #[must_use]
     pub fn diverging(middle: f64) -> Self {
         Self {
             map: ColorMap::BlueRed,
             middle: Some(middle),
+            least_range: 0.02,
             ..Self::default()
         }
     }
@@ -39,20 +49,42 @@ impl ColorScale {
     /// The legend of `values` under this scale. Values that are not numbers count as missing.
     #[must_use]
     pub fn legend(&self, title: &str, values: &[f64]) -> Legend {
-        let [mut low, mut high] = self.bounds(values);
-        if let Some(middle) = self.middle.filter(|middle| middle.is_finite()) {
-            let reach = (high - middle).max(middle - low).clamp(0.0, f64::MAX / 4.0);
-            let finite = |value: f64| value.clamp(f64::MIN, f64::MAX);
-            [low, high] = [finite(middle - reach), finite(middle + reach)];
-        }
-        Legend {
+        let [low, high] = self.ends(self.bounds(values));
+        let mut legend = Legend {
             title: title.into(),
             map: self.map,
             low,
             high,
-            below: values.iter().filter(|&&value| value < low).count(),
-            above: values.iter().filter(|&&value| value > high).count(),
+            below: 0,
+            above: 0,
             missing: values.iter().filter(|value| value.is_nan()).count(),
+        };
+        let count_shares = |is_counted: &dyn Fn(f64) -> bool| {
+            let shares = values.iter().map(|&value| legend.share(value));
+            shares.filter(|&share| is_counted(share)).count()
+        };
+        let beyond = [
+            count_shares(&|share| share < 0.0),
+            count_shares(&|share| share > 1.0),
+        ];
+        [legend.below, legend.above] = beyond;
+        legend
+    }
+
+    /// The ends of the range: symmetric around the middle if there is one, and not narrower than
+    /// rounding.
+    fn ends(&self, [low, high]: [f64; 2]) -> [f64; 2] {
+        if let Some(middle) = self.middle.filter(|middle| middle.is_finite()) {
+            let reach = (high - middle)
+                .max(middle - low)
+                .max(self.least_range / 2.0)
+                .clamp(0.0, f64::MAX / 4.0);
+            let finite = |value: f64| value.clamp(f64::MIN, f64::MAX);
+            [finite(middle - reach), finite(middle + reach)]
+        } else if high / 2.0 - low / 2.0 <= ROUNDING * low.abs().max(high.abs()) {
+            [low / 2.0 + high / 2.0; 2]
+        } else {
+            [low, high]
         }
     }
 
@@ -81,18 +113,19 @@ fn percentile_of(values: &mut [f64], percentile: f64) -> f64 {
 }
 
 impl Legend {
-    /// Where `value` lies between the ends, 0 to 1, beyond for values out of range; the middle
-    /// where the ends coincide, and NaN for NaN.
+    /// Where `value` lies between the ends, 0 to 1, beyond for values out of range; NaN for NaN.
+    /// Where the ends coincide, the middle for values that equal them up to rounding.
     #[must_use]
     pub fn share(&self, value: f64) -> f64 {
         // Halves, because the range of two finite numbers can overflow.
         let range = self.high / 2.0 - self.low / 2.0;
-        if value.is_nan() {
-            value
-        } else if range > 0.0 {
-            (value / 2.0 - self.low / 2.0) / range
-        } else {
+        let above = value / 2.0 - self.low / 2.0;
+        if range > 0.0 {
+            above / range
+        } else if above.abs() <= ROUNDING * self.low.abs() {
             0.5
+        } else {
+            above * f64::INFINITY
         }
     }
 
@@ -182,6 +215,22 @@ mod tests {
         assert!((constant.share(2.5) - 0.5).abs() < 1e-15);
         let none = legend(ColorScale::default(), &[f64::NAN]);
         assert!(none.low.abs() < 1e-15 && none.high.abs() < 1e-15);
+    }
+
+    #[test]
+    fn rounding_has_no_colours() {
+        let noise = [1.0, 1.0 + 3e-15, 1.0 - 1e-14];
+        let constant = ColorScale::default().legend("error", &noise);
+        assert_eq!(constant.ticks().len(), 1);
+        assert!(constant.below == 0 && constant.above == 0);
+        let spike = ColorScale::default().legend("error", &[&[2.0; 500][..], &[3.0]].concat());
+        assert_eq!((spike.ticks().len(), spike.above), (1, 1));
+        assert_eq!(spike.color(3.0), spike.map.at(1.0));
+        let neutral = ColorScale::diverging(0.0);
+        let neutral = neutral.legend("log area", &[1e-14, -3e-14]);
+        assert!((neutral.high - 0.01).abs() < 1e-15);
+        assert_eq!(neutral.below + neutral.above, 0);
+        assert!((neutral.share(-3e-14) - 0.5).abs() < 1e-9);
     }
 
     #[test]

@@ -272,7 +272,7 @@ impl Drawing<'_> {
                 (sum + length, count + 1)
             });
         let mean = sum / f64::from(count.max(1));
-        ((mean - 2.5) / 12.0).clamp(0.0, 1.0) as f32
+        ((mean - 4.0) / 14.0).clamp(0.0, 1.0) as f32
     }
 
     fn discs(&self, points: &Points, depths: Option<&Raster>) -> Vec<Shape> {
@@ -318,11 +318,14 @@ fn push_visible(polylines: &mut Vec<Vec<DVec2>>, line: &[DVec3], depths: &Raster
 }
 
 /// The parts of a polyline that are seen, tried at every pixel or so. A place on the line is the
-/// number of its segment and the share of the segment before it. Gaps of a few pixels are rounding
-/// and are closed.
+/// number of its segment and the share of the segment before it.
+///
+/// Gaps of a few pixels are rounding and are closed. Parts of a few pixels are places where the
+/// line runs just behind the rim of the surface, and are left out.
 fn visible_runs(line: &[DVec3], is_seen: impl Fn(DVec3) -> bool) -> Vec<[f64; 2]> {
     const CLOSED_GAP: usize = 4;
-    let mut runs: Vec<[f64; 2]> = Vec::new();
+    const SHORTEST_PART: usize = 8;
+    let mut runs: Vec<([f64; 2], usize)> = Vec::new();
     let mut hidden = usize::MAX;
     for (segment, ends) in line.windows(2).enumerate() {
         let steps = (ends[1] - ends[0]).truncate().length().ceil().max(1.0) as usize;
@@ -333,14 +336,18 @@ fn visible_runs(line: &[DVec3], is_seen: impl Fn(DVec3) -> bool) -> Vec<[f64; 2]
                 continue;
             }
             match runs.last_mut().filter(|_| hidden <= CLOSED_GAP) {
-                Some(run) => run[1] = place,
-                None => runs.push([place, place]),
+                Some((run, tries)) => (run[1], *tries) = (place, *tries + 1),
+                None => runs.push(([place, place], 1)),
             }
             hidden = 0;
         }
     }
-    runs.retain(|[start, end]| start < end);
-    runs
+    let end = line.len() as f64 - 1.0;
+    let is_whole = |[first, last]: [f64; 2]| first <= 0.0 && last >= end;
+    runs.into_iter()
+        .filter(|&(run, tries)| is_whole(run) || tries >= SHORTEST_PART)
+        .map(|(run, _)| run)
+        .collect()
 }
 
 fn point_at(line: &[DVec3], place: f64) -> DVec3 {
@@ -361,6 +368,9 @@ mod tests {
         let cut = visible_runs(&line, |p| p.x < 20.0 || p.x > 70.0);
         assert_eq!(cut.len(), 2);
         assert!((cut[0][1] - 0.38).abs() < 1e-9 && (cut[1][0] - 1.42).abs() < 1e-9);
+        assert!(visible_runs(&line, |p| p.x > 20.0 && p.x < 25.0).is_empty());
+        let short = [DVec3::ZERO, DVec3::X * 3.0];
+        assert_eq!(visible_runs(&short, |_| true), [[0.0, 1.0]]);
         let closed = visible_runs(&line, |p| p.x < 20.0 || p.x > 22.0);
         assert_eq!(closed, [[0.0, 2.0]]);
     }

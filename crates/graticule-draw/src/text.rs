@@ -10,7 +10,7 @@ static FONT: LazyLock<Face<'static>> = LazyLock::new(|| {
 });
 
 /// The families that an SVG viewer may take, in order.
-pub(crate) const FAMILIES: &str = "Noto Sans, Open Sans, Helvetica, Arial, sans-serif";
+pub(crate) const FAMILIES: &str = "Noto Sans, Open Sans, DejaVu Sans, Helvetica, Arial, sans-serif";
 
 /// The width of a text in this size, in pixels.
 pub(crate) fn text_width(text: &str, size: f64) -> f64 {

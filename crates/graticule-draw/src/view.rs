@@ -110,10 +110,10 @@ fn automatic_frame(surface: &Surface) -> Frame {
 fn patch_frame(surface: &Surface, normal: DVec3) -> Frame {
     let normal = normal.normalize_or(DVec3::Z);
     let size = size_in(surface, &Frame::PLANE);
-    // One that lies on its back or face is held with its longer side across.
+    // One that lies on its back or face is held with a much longer side across.
     let up = if normal.y.abs() < 0.8 {
         DVec3::Y
-    } else if size.x >= size.z {
+    } else if 1.5 * size.x >= size.z {
         DVec3::NEG_Z * normal.y.signum()
     } else {
         DVec3::X

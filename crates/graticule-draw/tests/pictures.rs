@@ -166,6 +166,24 @@ fn the_ends_of_a_legend_have_the_ends_of_the_map() {
 }
 
 #[test]
+fn a_legend_shows_missing_values_in_their_colour() {
+    let square = surface_of(&graticule_fixtures::grid(1.0, 1.0, 2, 2));
+    let values = PerFace::from_fn(8, |face| if face.0 < 4 { f64::NAN } else { 1.0 });
+    let style = LayoutStyle {
+        figure: Some(Figure::per_face("value", &values)),
+        ..LayoutStyle::default()
+    };
+    let uvs = uvs_of(&square, DVec3::truncate);
+    let panel = uv_layout(&square, &uvs, &style).unwrap();
+    assert_eq!(panel.legend.as_ref().unwrap().missing, 4);
+    let image = Image::of(&Picture::from(panel).with_size(407, 407).unwrap());
+    let missing = Color::MISSING.to_bytes();
+    let in_legend = (360..407).flat_map(|row| (300..407).map(move |column| (column, row)));
+    let swatch = in_legend.filter(|&(column, row)| image.at(column, row) == missing);
+    assert!(swatch.count() >= 36);
+}
+
+#[test]
 fn a_checker_has_equal_shares_of_both_colours() {
     let square = surface_of(&graticule_fixtures::grid(1.0, 1.0, 7, 7));
     let uvs = uvs_of(&square, DVec3::truncate);
@@ -452,6 +470,7 @@ fn values_of_all_kinds_have_colours() {
                 map: ColorMap::Viridis,
                 range,
                 middle,
+                least_range: 0.0,
             };
             let style = SurfaceStyle {
                 figure: Some(Figure::per_face("value", &values).with_scale(scale)),
