@@ -9,14 +9,14 @@ use crate::geometry::{
     DirectedWeights, EdgeWeights, cotangent_weights, mean_value_weights, uniform_weights,
 };
 use crate::mesh::{BoundaryLoopId, Element, VertexId};
-use crate::solve::{Cholesky, Graph, Lu, Ordering, SparseMatrix, SymmetricMatrix};
+use crate::solve::{
+    DirichletLu, DirichletSystem, Placement, Solution, SolveError, SparseMatrix, SymmetricMatrix,
+};
 use crate::watch::Watch;
 
 use super::domain::Domain;
 use super::flat_map::MapDraft;
 use super::{BoundaryPositions, FlatMap, FlattenError, Method, Patch};
-
-const FIXED: u32 = u32::MAX;
 
 /// How much each neighbour counts in the mean that a vertex is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -90,9 +90,8 @@ pub fn fixed_map(
 pub struct FixedSystem<'a> {
     patch: &'a Patch,
     domain: Domain,
-    unknowns: Unknowns,
-    /// Weights between unknowns (rows) and fixed vertices (columns).
-    coupling: SparseMatrix,
+    /// Ascending.
+    fixed: Vec<VertexId>,
     factor: Factor,
     method: Method,
     flip_free_on_convex: bool,
@@ -114,26 +113,26 @@ impl<'a> FixedSystem<'a> {
         let closes = options.holes == Holes::Closed;
         let cones: &[BoundaryLoopId] = if closes { &open_holes } else { &[] };
         let mut domain = Domain::with_cones(patch, cones)?;
-        let stage = watch.stage("assemble");
-        let equations = Equations::new(&mut domain, options.weights, watch)?;
-        let unknowns = Unknowns::new(domain.mesh.vertex_count(), boundary);
-        if unknowns.free.is_empty() {
+        let (fixed, _) = sorted(boundary);
+        if fixed.len() == domain.mesh.vertex_count() {
             let message = "the patch has no interior vertex: its boundary alone decides the map";
             watch.warn("no-interior", message);
         }
-        let least = equations.least(&unknowns);
-        let coupling = equations.coupling(&unknowns)?;
+        let equations = Equations::new(&mut domain, options.weights, watch)?;
+        watch.check()?;
+        let flip_free_on_convex = equations.are_positive(&fixed)
+            && options.weights != Weights::DelaunayCotangent
+            && (closes || open_holes.is_empty());
+        let stage = watch.stage("order and factor");
+        let factor = equations.factor(&fixed, &domain)?;
         drop(stage);
         Ok(Self {
-            factor: equations.factor(&unknowns, &domain, watch)?,
-            coupling,
-            unknowns,
             patch,
-            method: options.weights.method(),
-            flip_free_on_convex: least > 0.0
-                && options.weights != Weights::DelaunayCotangent
-                && (closes || open_holes.is_empty()),
             domain,
+            fixed,
+            factor,
+            method: options.weights.method(),
+            flip_free_on_convex,
         })
     }
 
@@ -146,29 +145,27 @@ impl<'a> FixedSystem<'a> {
         boundary: &BoundaryPositions,
         watch: &Watch,
     ) -> Result<FlatMap, FlattenError> {
-        let fixed = self
-            .unknowns
-            .fixed_places(boundary, self.patch.unit_length())?;
+        let (vertices, places) = sorted(boundary);
+        if vertices != self.fixed {
+            return Err(FlattenError::OtherBoundary {
+                expected: self.fixed.len(),
+                given: vertices.len(),
+            });
+        }
         let stage = watch.stage("solve");
-        let mut positions = vec![c64::ZERO; self.unknowns.places.len()];
-        for (&vertex, place) in self.unknowns.fixed.iter().zip(&fixed) {
-            positions[vertex.index()] = c64::new(place.x, place.y);
-        }
-        let [us, vs] = [|p: &DVec2| p.x, |p: &DVec2| p.y]
-            .map(|coordinate| fixed.iter().map(coordinate).collect::<Vec<f64>>());
-        let right_sides = [self.coupling.multiply(&us), self.coupling.multiply(&vs)];
-        let (free, residual) = self.factor.solve(&right_sides.concat())?;
-        let count = self.unknowns.free.len();
-        for (unknown, vertex) in self.unknowns.free.iter().enumerate() {
-            positions[vertex.index()] = c64::new(free[unknown], free[count + unknown]);
-        }
+        let unit = self.patch.unit_length();
+        let us = places.iter().map(|place| place.x / unit);
+        let vs = places.iter().map(|place| place.y / unit);
+        let solution = self.factor.solve(&us.chain(vs).collect::<Vec<f64>>())?;
+        let (us, vs) = solution.values.split_at(self.domain.mesh.vertex_count());
+        let mut positions: Vec<_> = us.iter().zip(vs).map(|(&u, &v)| c64::new(u, v)).collect();
         drop(stage);
         let intrinsic_flips = self.domain.intrinsic_flips(&positions);
         positions.truncate(self.patch.mesh().vertex_count());
         let draft = MapDraft {
             positions,
             method: self.method,
-            residual,
+            residual: solution.residual,
             flip_free_in_theory: self.flip_free_on_convex && boundary.is_flip_free(),
             intrinsic_flips,
         };
@@ -197,75 +194,11 @@ fn open_holes(patch: &Patch, boundary: &BoundaryPositions) -> Vec<BoundaryLoopId
     patch.holes().filter(is_open).collect()
 }
 
-/// Vertices with and without given places, each kind numbered by itself.
-#[derive(Debug)]
-struct Unknowns {
-    /// Number of each vertex among the free ones, or `FIXED`.
-    places: Vec<u32>,
-    free: Vec<VertexId>,
-    /// Ascending.
-    fixed: Vec<VertexId>,
-    /// Number of each vertex among the fixed ones, where it is one.
-    fixed_places: Vec<u32>,
-}
-
-impl Unknowns {
-    fn new(vertices: usize, boundary: &BoundaryPositions) -> Self {
-        let mut places = vec![0; vertices];
-        for (vertex, _) in boundary.places() {
-            places[vertex.index()] = FIXED;
-        }
-        let mut fixed_places = vec![FIXED; vertices];
-        let (mut free, mut fixed) = (Vec::new(), Vec::new());
-        for index in 0..vertices {
-            if places[index] == FIXED {
-                fixed_places[index] = fixed.len() as u32;
-                fixed.push(VertexId::from_index(index));
-            } else {
-                places[index] = free.len() as u32;
-                free.push(VertexId::from_index(index));
-            }
-        }
-        Self {
-            places,
-            free,
-            fixed,
-            fixed_places,
-        }
-    }
-
-    fn free_place(&self, vertex: VertexId) -> Option<usize> {
-        let place = self.places[vertex.index()];
-        (place != FIXED).then_some(place as usize)
-    }
-
-    fn fixed_place(&self, vertex: VertexId) -> usize {
-        self.fixed_places[vertex.index()] as usize
-    }
-
-    /// The places given, in the order of the fixed vertices and in unit lengths.
-    fn fixed_places(
-        &self,
-        boundary: &BoundaryPositions,
-        unit_length: f64,
-    ) -> Result<Vec<DVec2>, FlattenError> {
-        let mut places = boundary.places().to_vec();
-        places.sort_unstable_by_key(|&(vertex, _)| vertex);
-        if !places
-            .iter()
-            .map(|&(vertex, _)| vertex)
-            .eq(self.fixed.iter().copied())
-        {
-            return Err(FlattenError::OtherBoundary {
-                expected: self.fixed.len(),
-                given: places.len(),
-            });
-        }
-        Ok(places
-            .iter()
-            .map(|&(_, place)| place / unit_length)
-            .collect())
-    }
+/// The placed vertices, ascending, and their places.
+fn sorted(boundary: &BoundaryPositions) -> (Vec<VertexId>, Vec<DVec2>) {
+    let mut places = boundary.places().to_vec();
+    places.sort_unstable_by_key(|&(vertex, _)| vertex);
+    places.into_iter().unzip()
 }
 
 /// For each vertex: the sum over its neighbours of weights times differences is zero.
@@ -276,6 +209,7 @@ enum Equations {
 
 impl Equations {
     fn new(domain: &mut Domain, weights: Weights, watch: &Watch) -> Result<Self, FlattenError> {
+        let _stage = watch.stage("weights");
         match weights {
             Weights::Uniform => return Ok(Self::Symmetric(uniform_weights(&domain.mesh))),
             Weights::DelaunayCotangent => domain.make_delaunay(watch)?,
@@ -287,100 +221,67 @@ impl Equations {
         })
     }
 
-    /// Each weight `(i, j, w)` in the row of each free vertex `i`.
-    fn terms<'b>(
-        &'b self,
-        unknowns: &'b Unknowns,
-    ) -> Box<dyn Iterator<Item = (usize, VertexId, f64)> + 'b> {
-        let in_row = |(i, j, weight)| Some((unknowns.free_place(i)?, j, weight));
+    /// Whether every weight in the equation of a free vertex is above 0.
+    fn are_positive(&self, fixed: &[VertexId]) -> bool {
+        let is_fixed = |vertex: &VertexId| fixed.binary_search(vertex).is_ok();
+        match self {
+            Self::Symmetric(edges) => {
+                let mut pairs = edges.ends.iter().zip(&edges.weights);
+                pairs.all(|(ends, &weight)| weight > 0.0 || ends.iter().all(is_fixed))
+            }
+            Self::Directed(rows) => {
+                let mut vertices = (0..rows.vertex_count()).map(VertexId::from_index);
+                vertices.all(|v| is_fixed(&v) || rows.weights(v).iter().all(|&w| w > 0.0))
+            }
+        }
+    }
+
+    fn factor(&self, fixed: &[VertexId], domain: &Domain) -> Result<Factor, SolveError> {
+        let placement = Placement::at(&domain.coordinates);
+        let fixed: Vec<usize> = fixed.iter().map(|vertex| vertex.index()).collect();
+        let order = domain.mesh.vertex_count();
         match self {
             Self::Symmetric(edges) => {
                 let pairs = edges.ends.iter().zip(&edges.weights);
-                let both_ways = pairs.flat_map(|(&[i, j], &w)| [(i, j, w), (j, i, w)]);
-                Box::new(both_ways.filter_map(in_row))
+                let pairs = pairs.map(|(ends, &weight)| (ends.map(Element::index), weight));
+                let matrix = SymmetricMatrix::laplacian(order, pairs)?;
+                let system = DirichletSystem::new(&matrix, &fixed, placement)?;
+                Ok(Factor::Symmetric(Box::new(system)))
             }
-            Self::Directed(rows) => Box::new(unknowns.free.iter().flat_map(move |&i| {
-                let row = rows.neighbors(i).iter().zip(rows.weights(i));
-                row.filter_map(move |(&j, &w)| in_row((i, j, w)))
-            })),
+            Self::Directed(rows) => {
+                let matrix = SparseMatrix::from_triplets(order, order, laplacian(rows))?;
+                let system = DirichletLu::new(&matrix, &fixed, placement)?;
+                Ok(Factor::General(Box::new(system)))
+            }
         }
     }
+}
 
-    fn least(&self, unknowns: &Unknowns) -> f64 {
-        let weights = self.terms(unknowns).map(|(_, _, weight)| weight);
-        weights.fold(f64::INFINITY, f64::min)
-    }
-
-    fn coupling(&self, unknowns: &Unknowns) -> Result<SparseMatrix, FlattenError> {
-        let to_fixed = self.terms(unknowns).filter_map(|(row, j, weight)| {
-            let is_fixed = unknowns.free_place(j).is_none();
-            is_fixed.then(|| (row, unknowns.fixed_place(j), weight))
-        });
-        let [rows, columns] = [unknowns.free.len(), unknowns.fixed.len()];
-        Ok(SparseMatrix::from_triplets(rows, columns, to_fixed)?)
-    }
-
-    /// Entries of the matrix between unknowns, diagonal included.
-    fn entries<'b>(
-        &'b self,
-        unknowns: &'b Unknowns,
-    ) -> impl Iterator<Item = (usize, usize, f64)> + 'b {
-        self.terms(unknowns).flat_map(|(row, j, weight)| {
-            let beside = unknowns.free_place(j).map(|column| (row, column, -weight));
-            std::iter::once((row, row, weight)).chain(beside)
+/// The entries of the matrix `L` with `(L u)ᵢ = Σⱼ wᵢⱼ (uᵢ - uⱼ)`.
+fn laplacian(rows: &DirectedWeights) -> impl Iterator<Item = (usize, usize, f64)> + '_ {
+    let vertices = (0..rows.vertex_count()).map(VertexId::from_index);
+    vertices.flat_map(move |i| {
+        let row = rows.neighbors(i).iter().zip(rows.weights(i));
+        row.flat_map(move |(j, &weight)| {
+            [
+                (i.index(), i.index(), weight),
+                (i.index(), j.index(), -weight),
+            ]
         })
-    }
-
-    fn factor(
-        &self,
-        unknowns: &Unknowns,
-        domain: &Domain,
-        watch: &Watch,
-    ) -> Result<Factor, FlattenError> {
-        let order = unknowns.free.len();
-        if order == 0 {
-            return Ok(Factor::Nothing);
-        }
-        watch.check()?;
-        let _stage = watch.stage("order and factor");
-        let place = |vertex: &VertexId| domain.coordinates[vertex.index()];
-        let coordinates: Vec<_> = unknowns.free.iter().map(place).collect();
-        if let Self::Directed(_) = self {
-            let matrix = SparseMatrix::from_triplets(order, order, self.entries(unknowns))?;
-            let graph = Graph::of_pattern(matrix.pattern());
-            let ordering = Ordering::for_mesh(&graph, &coordinates);
-            return Ok(Factor::Lu(Box::new(Lu::new(&matrix, &ordering)?)));
-        }
-        let lower = self
-            .entries(unknowns)
-            .filter(|(row, column, _)| row >= column);
-        let matrix = SymmetricMatrix::from_triplets(order, lower)?;
-        let graph = Graph::of_pattern(matrix.lower().pattern());
-        let ordering = Ordering::for_mesh(&graph, &coordinates);
-        watch.check()?;
-        Ok(Factor::Cholesky(Box::new(Cholesky::new(
-            &matrix, &ordering,
-        )?)))
-    }
+    })
 }
 
 #[derive(Debug)]
 enum Factor {
-    /// There are no unknowns.
-    Nothing,
-    Cholesky(Box<Cholesky>),
-    Lu(Box<Lu>),
+    Symmetric(Box<DirichletSystem>),
+    General(Box<DirichletLu>),
 }
 
 impl Factor {
-    /// Solutions for several right-hand sides, one after the other, and the largest relative
-    /// residual.
-    fn solve(&self, right_sides: &[f64]) -> Result<(Vec<f64>, f64), FlattenError> {
-        let solution = match self {
-            Self::Nothing => return Ok((Vec::new(), 0.0)),
-            Self::Cholesky(factor) => factor.solve(right_sides)?,
-            Self::Lu(factor) => factor.solve(right_sides)?,
-        };
-        Ok((solution.values, solution.residual))
+    fn solve(&self, fixed_values: &[f64]) -> Result<Solution, SolveError> {
+        match self {
+            Self::Symmetric(system) => system.solve(fixed_values),
+            Self::General(system) => system.solve(fixed_values),
+        }
     }
 }

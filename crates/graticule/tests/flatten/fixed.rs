@@ -313,7 +313,7 @@ fn a_bent_rectangle_keeps_its_shape_and_corners() {
         aspect: None,
         corners: Corners::Automatic,
     };
-    let map = on_curve(&patch(&bent), curve, &with(Weights::Cotangent));
+    let map = on_curve(&patch(&bent), curve, with(Weights::Cotangent));
     let flat = plane(&patch(&grid(3.0, 1.0, 30, 10)));
     // The chords of the bent strip are a little shorter than its arcs.
     assert!(distance_up_to_similarity(&map.uv, &flat) < 1e-3);

@@ -3,4 +3,5 @@
 mod fixed;
 mod free;
 mod least_squares;
+mod paper;
 mod support;
