@@ -175,3 +175,15 @@ pub const NO_DIRECTION: f64 = 1e-12;
 ///
 /// A hundredth of a degree at the finest symmetry: no singularity moves any more.
 pub const FIELD_AT_REST: f64 = 1e-4;
+
+/// Length of the part along the surface of a unit vector at or below which it has no direction
+/// there.
+///
+/// Below it the direction would be made of the rounding of a typed number or of a vertex normal.
+pub const GUIDE_SLANT: f64 = 1e-6;
+
+/// What the sum of a field's indices may miss the Euler characteristic by.
+///
+/// Rounding of the turns along a boundary of a million edges stays below 1e-9; the smallest real
+/// miss is a quarter.
+pub const INDEX_ROUNDING: f64 = 1e-6;

@@ -111,15 +111,16 @@ fn the_file_written_is_the_one_read_with_new_coordinates() {
     bench.succeed("flatten patch.obj -o out.obj");
     let out = bench.read("out.obj");
     let kept = |text: &str| -> Vec<String> {
-        let words = |line: &str| {
+        let words = |line: &str| -> Vec<String> {
             line.split(' ')
                 .map(|w| w.split('/').next().unwrap().to_owned())
+                .collect()
         };
         let lines = text
             .lines()
             .filter(|line| !line.starts_with("vt ") && !line.starts_with('#'));
         lines
-            .map(|line| words(line).collect::<Vec<_>>().join(" "))
+            .map(|line| words(line).join(" "))
             .collect()
     };
     assert_eq!(kept(&out), kept(text));
@@ -131,20 +132,20 @@ fn the_file_written_is_the_one_read_with_new_coordinates() {
 
 #[test]
 fn what_is_no_patch_is_refused_with_its_reason() {
-    let bench = Bench::with(&cube(1.0, 2));
+    let bench = Bench::with(&cube().subdivided());
     let fact = bench.refuse(1, "flatten patch.obj -o out.obj");
     assert!(
         fact.contains("patch.obj") && fact.contains("closed"),
         "{fact}"
     );
-    let bench = Bench::with(&disk(3).joined(&cube(1.0, 2)));
+    let bench = Bench::with(&disk(3).joined(&cube().subdivided()));
     let fact = bench.refuse(1, "flatten patch.obj -o out.obj");
     assert!(fact.contains("2 components"), "{fact}");
 }
 
 #[test]
 fn one_of_several_components_can_be_flattened() {
-    let bench = Bench::with(&cube(1.0, 1).joined(&disk(3).map(|p| p + 3.0)));
+    let bench = Bench::with(&cube().joined(&disk(3).map(|p| p + 3.0)));
     bench.succeed("flatten patch.obj -o out.obj --component 1 --report report.json");
     assert_eq!(bench.json("report.json")["result"]["vertices"], 37);
     let out = bench.read("out.obj");

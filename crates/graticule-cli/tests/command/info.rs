@@ -23,7 +23,7 @@ fn counts_topology_and_sizes_are_told() {
 
 #[test]
 fn several_components_are_listed() {
-    let bench = Bench::with(&cube(1.0, 1).joined(&disk(2)));
+    let bench = Bench::with(&cube().joined(&disk(2)));
     let run = bench.succeed("info patch.obj");
     assert!(run.stdout.contains("component 0"), "{}", run.stdout);
     assert!(run.stdout.contains("component 1"), "{}", run.stdout);

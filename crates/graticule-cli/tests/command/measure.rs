@@ -52,7 +52,7 @@ fn a_flat_mesh_is_measured_against_its_reference() {
     bench.succeed("measure flat.obj --reference patch.obj --report report.json");
     let mean = &bench.json("report.json")["measure"]["distortion"]["quasi_conformal_error"]["mean"];
     assert!(mean.as_f64().unwrap() > 1.0);
-    bench.write("cube.obj", &obj(&cube(1.0, 1)));
+    bench.write("cube.obj", &obj(&cube()));
     bench.refuse(1, "measure flat.obj --reference cube.obj");
 }
 

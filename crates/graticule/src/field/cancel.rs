@@ -137,3 +137,100 @@ fn has_opposite(
     let mut steps = faces.map(|halfedge| steps[halfedge.face()]);
     steps.any(|other| other * singularity.steps < 0)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::Symmetry;
+    use crate::geometry::{intrinsic_delaunay, vertex_frames};
+    use crate::mesh::VertexId;
+    use glam::{DVec2, DVec3};
+    use graticule_fixtures::disk;
+
+    /// A cross field on a flat disk of radius 1 with a quarter-pole of sign `steps` at each place.
+    fn poles(surface: &Surface, poles: &[(DVec2, f64)]) -> CrossField {
+        let frames = vertex_frames(surface);
+        let angles = PerVertex::from_fn(surface.mesh().vertex_count(), |vertex: VertexId| {
+            let p = surface.position(vertex).truncate();
+            let turned = |(place, steps): &(DVec2, f64)| {
+                steps * libm::atan2(p.y - place.y, p.x - place.x) / 4.0
+            };
+            let angle: f64 = poles.iter().map(turned).sum();
+            let along = frames[vertex].project(DVec3::new(angle.cos(), angle.sin(), 0.0));
+            libm::atan2(along.y, along.x)
+        });
+        CrossField::from_angles(Symmetry::Cross, angles)
+    }
+
+    /// The signs of the singularities before and after, and the sums of the indices.
+    fn cancelled(places: &[(DVec2, f64)], distance: f64) -> ([Vec<i32>; 2], [f64; 2]) {
+        let disk = disk(20);
+        let surface = Surface::from_triangles(disk.positions, &disk.triangles).unwrap();
+        let original = IntrinsicTriangulation::of(&surface).unwrap();
+        let (delaunay, _) = intrinsic_delaunay(&surface, &Watch::new()).unwrap();
+        let triangulations = Triangulations {
+            original: &original,
+            delaunay: &delaunay,
+        };
+        let before = poles(&surface, places);
+        let options = CancelOptions {
+            distance,
+            smoothing: SmoothingOptions::default(),
+        };
+        let (after, report) = cancel_close_pairs(
+            &surface,
+            &triangulations,
+            &Guidance::none(Symmetry::Cross, surface.mesh().vertex_count()),
+            before.clone(),
+            &options,
+            &Watch::new(),
+        )
+        .unwrap();
+        let found = [&before, &after].map(|f| Singularities::of(f, surface.mesh(), &original));
+        assert_eq!(report.singularities_before, found[0].count());
+        assert_eq!(report.singularities_after, found[1].count());
+        let signs = |found: &Singularities| found.faces.iter().map(|s| s.steps).collect();
+        (
+            found.each_ref().map(signs),
+            found.each_ref().map(Singularities::index_sum),
+        )
+    }
+
+    #[test]
+    fn a_close_pair_vanishes() {
+        let pair = [
+            (DVec2::new(0.06, 0.011), 1.0),
+            (DVec2::new(-0.05, 0.013), -1.0),
+        ];
+        let (signs, sums) = cancelled(&pair, 0.15);
+        assert_eq!(signs[0].len(), 2);
+        assert_eq!(signs[1], []);
+        assert!(sums.iter().all(|sum| (sum - 1.0).abs() < 1e-9), "{sums:?}");
+    }
+
+    #[test]
+    fn a_lone_pole_and_a_distant_pair_stay() {
+        let pole = [(DVec2::new(0.01, 0.011), 1.0)];
+        let pair = [
+            (DVec2::new(0.31, 0.011), 1.0),
+            (DVec2::new(-0.32, 0.013), -1.0),
+        ];
+        for places in [&pole[..], &pair] {
+            let (signs, sums) = cancelled(places, 0.15);
+            assert_eq!(signs[0], signs[1]);
+            assert_eq!(signs[0].len(), places.len());
+            assert!(sums.iter().all(|sum| (sum - 1.0).abs() < 1e-9), "{sums:?}");
+        }
+    }
+
+    #[test]
+    fn the_third_of_three_poles_stays() {
+        let three = [
+            (DVec2::new(0.06, 0.011), 1.0),
+            (DVec2::new(-0.05, 0.013), -1.0),
+            (DVec2::new(0.01, -0.09), 1.0),
+        ];
+        let (signs, _) = cancelled(&three, 0.15);
+        assert_eq!(signs[1], [1]);
+    }
+}

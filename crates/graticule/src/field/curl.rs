@@ -136,10 +136,18 @@ fn field_turning(
     (turning, singular)
 }
 
-/// The direction of the field at the three corners in the plane of the triangle, whose x axis runs
-/// along its first side. The bisector of each corner joins the plane to the tangent plane of the
-/// vertex.
+/// The direction of the field at the three corners in the plane of the triangle.
 fn headings(triangulation: &IntrinsicTriangulation, field: &CrossField, face: FaceId) -> [f64; 3] {
+    let turns = turns_to_triangle(triangulation, face);
+    std::array::from_fn(|corner| {
+        turns[corner] + field.angle(triangulation.origin(face.halfedges()[corner]))
+    })
+}
+
+/// For each corner the angle that takes directions in the tangent plane of the vertex to those in
+/// the plane of the triangle, whose x axis runs along its first side. The bisector of the corner
+/// joins the two planes.
+pub(super) fn turns_to_triangle(triangulation: &IntrinsicTriangulation, face: FaceId) -> [f64; 3] {
     let angles = triangulation.shape(face).angles();
     let sides = [0.0, PI - angles[1], 2.0 * PI - angles[1] - angles[2]];
     std::array::from_fn(|corner| {
@@ -147,7 +155,7 @@ fn headings(triangulation: &IntrinsicTriangulation, field: &CrossField, face: Fa
         let vertex = triangulation.origin(halfedge);
         let half = angles[corner] / 2.0;
         let bisector = triangulation.direction(halfedge) + triangulation.angle_scale(vertex) * half;
-        sides[corner] + half + field.angle(vertex) - bisector
+        sides[corner] + half - bisector
     })
 }
 

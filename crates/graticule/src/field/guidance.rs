@@ -1,3 +1,5 @@
+use std::f64::consts::PI;
+
 use glam::DVec2;
 
 use super::{PrincipalCurvature, Symmetry};
@@ -108,16 +110,48 @@ impl Guidance {
         }
     }
 
-    /// Asks the field to run along the boundary.
+    /// Asks the field to run along the boundary; a field of vectors, with the surface on its left.
     pub fn follow_boundary(
         &mut self,
         mesh: &TriangleMesh,
         triangulation: &IntrinsicTriangulation,
         strength: Strength,
     ) {
+        if self.symmetry == Symmetry::Vector {
+            return self.follow_boundary_onward(mesh, triangulation, strength);
+        }
         let halfedges = mesh.boundary_loops().flat_map(|l| mesh.boundary_loop(l));
         let edges: Vec<_> = halfedges.map(|&h: &HalfedgeId| mesh.edge(h)).collect();
         self.follow_edges(triangulation, edges, strength);
+    }
+
+    /// At each boundary vertex the mean of the directions in which the boundary arrives and leaves.
+    fn follow_boundary_onward(
+        &mut self,
+        mesh: &TriangleMesh,
+        triangulation: &IntrinsicTriangulation,
+        strength: Strength,
+    ) {
+        for &halfedge in mesh.boundary_loops().flat_map(|l| mesh.boundary_loop(l)) {
+            let [from, to] = mesh.ends(halfedge);
+            let leaving = triangulation.direction(halfedge);
+            let arriving = reverse_direction(triangulation, halfedge) + PI;
+            for (vertex, angle) in [(from, leaving), (to, arriving)] {
+                match (strength, self.fixed[vertex]) {
+                    (Strength::Hard, Some(other)) => {
+                        let mean = (other + self.symmetry.power(angle)).try_normalize();
+                        self.fixed[vertex] = mean;
+                    }
+                    _ => self.follow(vertex, angle, strength),
+                }
+            }
+        }
+    }
+
+    /// The number of vertices whose direction is fixed.
+    #[must_use]
+    pub fn fixed_count(&self) -> usize {
+        self.fixed.iter().flatten().count()
     }
 
     /// An edge has no direction along itself, so that its two ends agree up to a half turn at

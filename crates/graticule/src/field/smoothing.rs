@@ -1,15 +1,10 @@
-use std::f64::consts::TAU;
-
-use faer::c64;
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use serde::Serialize;
 
-use super::connection::ConnectionLaplacian;
-use super::{CrossField, FieldError, Guidance, Symmetry};
-use crate::geometry::{IntrinsicTriangulation, vertex_areas};
-use crate::mesh::{Element, PerVertex, VertexId};
-use crate::solve::{HermitianCholesky, HermitianMatrix, Placement, SymmetricMatrix};
-use crate::tolerance::{FIELD_AT_REST, NO_DIRECTION};
+use super::diffusion::{Diffusion, System};
+use super::{CrossField, FieldError, Guidance};
+use crate::geometry::IntrinsicTriangulation;
+use crate::mesh::PerVertex;
 use crate::watch::Watch;
 
 /// How a field is smoothed.
@@ -47,7 +42,7 @@ pub struct SmoothField {
 pub struct SmoothingReport {
     /// Steps taken.
     pub steps: usize,
-    /// Mean change of the unit vectors in the last step.
+    /// Mean change of the free unit vectors in the last step.
     pub last_change: f64,
     /// How much the field turns, `Σ w |uⱼ - r uᵢ|²`; without unit.
     pub smoothness_energy: f64,
@@ -67,7 +62,8 @@ pub struct SmoothingReport {
 ///
 /// `positions` order the factorisation; they have no influence on the field.
 ///
-/// Cost: one factorisation of two unknowns per vertex, and a solve for each step.
+/// Fixed vertices are eliminated. Cost: one factorisation with a complex unknown per free vertex,
+/// and a solve for each step.
 ///
 /// # Errors
 /// [`FieldError`].
@@ -117,14 +113,20 @@ fn smooth_from(
     watch: &Watch,
 ) -> Result<SmoothField, FieldError> {
     let _stage = watch.stage("field smoothing");
-    let system = System::new(triangulation, guidance, options)?;
+    let system = System::new(triangulation, guidance, options.smoothing)?;
     let mut run = Diffusion::new(&system, positions, watch)?;
     let start = match start {
-        Some(field) => field.angles().map(|&angle| field.symmetry().power(angle)),
-        None => run.start(guidance, options.seed)?,
+        Some(field) => run.start_from(field),
+        None => run.start(options.seed)?,
     };
-    let (powers, steps, last_change) = run.descend(start, options.steps, watch)?;
-    let residual = run.residual;
+    let free = run.descend(start, options.steps, watch)?;
+    let powers = system.with_fixed(&free);
+    let Diffusion {
+        residual,
+        steps,
+        last_change,
+        ..
+    } = run;
     Ok(SmoothField {
         report: SmoothingReport {
             steps,
@@ -140,203 +142,10 @@ fn smooth_from(
     })
 }
 
-/// Step of the diffusion against the dimensionless weights of the edges: long enough to carry
-/// directions over some ten edges a step, short enough that the normalisation keeps up.
-const DIFFUSION: f64 = 0.02;
-
-/// The quadratic form: smoothness, guidance and diffusion, and what is fixed.
-struct System {
-    connection: ConnectionLaplacian,
-    smoothing: f64,
-    /// Area of each vertex over the mean.
-    masses: PerVertex<f64>,
-    /// Sums of weights × targets and of weights, both with ρ and the areas in.
-    pulls: PerVertex<DVec2>,
-    weights: PerVertex<f64>,
-    fixed: PerVertex<Option<DVec2>>,
-}
-
-impl System {
-    fn new(
-        triangulation: &IntrinsicTriangulation,
-        guidance: &Guidance,
-        options: &SmoothingOptions,
-    ) -> Result<Self, FieldError> {
-        let areas = vertex_areas(triangulation);
-        let mean = areas.iter().sum::<f64>() / areas.len() as f64;
-        // A vertex of area 0 must not drop out of the matrix.
-        let masses = areas.map(|area| (area / mean).max(f64::EPSILON));
-        let fitting = |vertex: VertexId| (1.0 - options.smoothing) * masses[vertex];
-        let count = guidance.vertex_count();
-        Ok(Self {
-            connection: ConnectionLaplacian::new(triangulation, guidance.symmetry())?,
-            smoothing: options.smoothing,
-            pulls: PerVertex::from_fn(count, |v| guidance.pull(v) * fitting(v)),
-            weights: PerVertex::from_fn(count, |v| guidance.weight(v) * fitting(v)),
-            fixed: PerVertex::from_fn(count, |v| guidance.fixed(v)),
-            masses,
-        })
-    }
-
-    /// The matrix of the form, complex and Hermitian. Fixed vertices keep a row of the unit matrix.
-    fn matrix(&self) -> Result<HermitianMatrix, FieldError> {
-        let is_free = |vertex: VertexId| self.fixed[vertex].is_none();
-        let count = self.masses.len();
-        let mut diagonal = PerVertex::from_fn(count, |vertex: VertexId| {
-            let own = self.weights[vertex] + DIFFUSION * self.masses[vertex];
-            if is_free(vertex) { own } else { 1.0 }
-        });
-        let [mut real, mut imaginary] = [Vec::new(), Vec::new()];
-        for edge in &self.connection.edges {
-            let weight = self.smoothing * edge.weight;
-            for vertex in edge.ends.into_iter().filter(|&vertex| is_free(vertex)) {
-                diagonal[vertex] += weight;
-            }
-            let [i, j] = edge.ends.map(Element::index);
-            if edge.ends.into_iter().all(is_free) {
-                real.push((j, i, -weight * edge.rotation.x));
-                imaginary.push((j, i, -weight * edge.rotation.y));
-            }
-        }
-        let diagonal = diagonal
-            .iter()
-            .enumerate()
-            .map(|(index, &value)| (index, index, value));
-        let real = SymmetricMatrix::from_triplets(count, real.into_iter().chain(diagonal))?;
-        Ok(HermitianMatrix::new(&real, imaginary)?)
-    }
-
-    /// The right-hand side: guidance, diffusion from `powers`, and what fixed neighbours bring.
-    fn right_side(&self, powers: &PerVertex<DVec2>) -> Vec<c64> {
-        let mut sides = PerVertex::from_fn(powers.len(), |vertex: VertexId| {
-            let diffused = powers[vertex] * (DIFFUSION * self.masses[vertex]);
-            self.fixed[vertex].unwrap_or(self.pulls[vertex] + diffused)
-        });
-        for edge in &self.connection.edges {
-            let [i, j] = edge.ends;
-            let weight = self.smoothing * edge.weight;
-            match (self.fixed[i], self.fixed[j]) {
-                (Some(at_i), None) => sides[j] += edge.rotation.rotate(at_i) * weight,
-                (None, Some(at_j)) => sides[i] += edge.conjugate().rotate(at_j) * weight,
-                _ => {}
-            }
-        }
-        sides.iter().map(|side| c64::new(side.x, side.y)).collect()
-    }
-
-    fn guidance_energy(&self, powers: &PerVertex<DVec2>) -> f64 {
-        // Σ w |u - t|² = Σ w (2 - 2 u·t) for unit vectors.
-        let terms = powers
-            .enumerate()
-            .map(|(vertex, power)| 2.0 * (self.weights[vertex] - power.dot(self.pulls[vertex])));
-        terms.sum::<f64>().max(0.0)
-    }
-}
-
-struct Diffusion<'a> {
-    system: &'a System,
-    matrix: HermitianMatrix,
-    factor: HermitianCholesky,
-    residual: f64,
-}
-
-impl<'a> Diffusion<'a> {
-    fn new(
-        system: &'a System,
-        positions: &PerVertex<DVec3>,
-        watch: &Watch,
-    ) -> Result<Self, FieldError> {
-        let _stage = watch.stage("factorisation");
-        let matrix = system.matrix()?;
-        let ordering = Placement::at(positions.as_slice()).ordering(matrix.pattern())?;
-        watch.check()?;
-        let factor = HermitianCholesky::new(&matrix, &ordering)?;
-        Ok(Self {
-            system,
-            matrix,
-            factor,
-            residual: 0.0,
-        })
-    }
-
-    /// Guidance carried into the places without; seeded phases where none arrives.
-    fn start(&mut self, guidance: &Guidance, seed: u64) -> Result<PerVertex<DVec2>, FieldError> {
-        let count = guidance.vertex_count();
-        let carried = self.diffuse(&PerVertex::filled(count, DVec2::ZERO))?;
-        Ok(PerVertex::from_fn(count, |vertex| {
-            let power = carried[vertex];
-            if power.length() > NO_DIRECTION {
-                power.normalize()
-            } else {
-                phase(vertex, seed)
-            }
-        }))
-    }
-
-    fn diffuse(&mut self, powers: &PerVertex<DVec2>) -> Result<PerVertex<DVec2>, FieldError> {
-        let side = self.system.right_side(powers);
-        let solution = self.factor.solve(&side)?;
-        self.residual = self
-            .residual
-            .max(relative_residual(&self.matrix, &solution, &side));
-        Ok(PerVertex::new(
-            solution
-                .iter()
-                .map(|value| DVec2::new(value.re, value.im))
-                .collect(),
-        ))
-    }
-
-    fn descend(
-        &mut self,
-        start: PerVertex<DVec2>,
-        steps: usize,
-        watch: &Watch,
-    ) -> Result<(PerVertex<DVec2>, usize, f64), FieldError> {
-        let mut powers = start;
-        let mut change = 0.0;
-        for step in 0..steps {
-            watch.check()?;
-            let diffused = self.diffuse(&powers)?;
-            let mut moved = 0.0;
-            for (power, next) in powers.as_mut_slice().iter_mut().zip(&diffused) {
-                // A vector that vanishes says nothing: keep the one before.
-                let next = next.try_normalize().unwrap_or(*power);
-                moved += power.distance(next);
-                *power = next;
-            }
-            change = moved / powers.len() as f64;
-            watch.progress((step + 1) as f64 / steps as f64);
-            if change < FIELD_AT_REST {
-                return Ok((powers, step + 1, change));
-            }
-        }
-        Ok((powers, steps, change))
-    }
-}
-
-/// `|Ax - b| / (|A| |x| + |b|)` in largest entries and row sums.
-fn relative_residual(matrix: &HermitianMatrix, solution: &[c64], side: &[c64]) -> f64 {
-    let largest =
-        |values: &mut dyn Iterator<Item = c64>| values.map(|v| v.norm()).fold(0.0, f64::max);
-    let product = matrix.multiply(solution);
-    let rest = largest(&mut product.iter().zip(side).map(|(a, b)| a - b));
-    let size = matrix.row_sum_norm() * largest(&mut solution.iter().copied())
-        + largest(&mut side.iter().copied());
-    if size > 0.0 { rest / size } else { 0.0 }
-}
-
-/// Phases that neighbours do not share, the same on every machine: multiples of the golden ratio.
-fn phase(vertex: VertexId, seed: u64) -> DVec2 {
-    let turns =
-        (vertex.index() as f64 + 1.0) * 0.618_033_988_749_894_9 + seed as f64 * 0.754_877_666;
-    Symmetry::Vector.power(TAU * turns.fract())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::field::{CurvatureOptions, Singularities, Strength, principal_curvatures};
+    use crate::field::{CurvatureOptions, Singularities, Strength, Symmetry, principal_curvatures};
     use crate::geometry::intrinsic_delaunay;
     use crate::mesh::Surface;
     use graticule_fixtures::{Fixture, cube, disk, grid, icosphere, torus};
