@@ -17,6 +17,7 @@ pub(crate) struct Plan {
     reports: Vec<PathBuf>,
     picture: Option<(PathBuf, PictureFormat)>,
     mesh: Option<MeshOutput>,
+    files: Vec<PathBuf>,
     json: bool,
 }
 
@@ -50,6 +51,7 @@ impl Plan {
             reports: common.report.iter().cloned().collect(),
             picture,
             mesh,
+            files: Vec::new(),
             json: common.json,
         };
         plan.check_files()?;
@@ -66,7 +68,9 @@ impl Plan {
         let mesh = self.mesh.as_ref().and_then(MeshOutput::path);
         let picture = self.picture.as_ref().map(|(path, _)| path.as_path());
         let reports = self.reports.iter().map(PathBuf::as_path);
-        let files: Vec<&Path> = mesh.into_iter().chain(picture).chain(reports).collect();
+        let others = self.files.iter().map(PathBuf::as_path);
+        let files = mesh.into_iter().chain(picture).chain(reports);
+        let files: Vec<&Path> = files.chain(others).collect();
         check_distinct(&files)?;
         files.into_iter().try_for_each(check_writable)
     }
@@ -74,6 +78,12 @@ impl Plan {
     /// Writes the report to one more file.
     pub(crate) fn add_report(&mut self, path: PathBuf) -> Result<(), Failure> {
         self.reports.push(path);
+        self.check_files()
+    }
+
+    /// Checks one more file, which the outcome will hold.
+    pub(crate) fn add_file(&mut self, path: PathBuf) -> Result<(), Failure> {
+        self.files.push(path);
         self.check_files()
     }
 

@@ -1,7 +1,7 @@
 //! `graticule cite`: the papers behind the commands.
 
 use clap::{Args, ValueEnum};
-use graticule::papers::{DMA02, Paper};
+use graticule::papers::{DMA02, PGP06, Paper};
 use serde::Serialize;
 use serde_json::json;
 
@@ -26,6 +26,7 @@ pub(crate) struct Options {
 #[serde(rename_all = "kebab-case")]
 enum Cited {
     Demo,
+    Field,
     Flatten,
     Measure,
 }
@@ -41,7 +42,10 @@ enum Style {
 }
 
 /// The papers whose methods each command runs.
-const PAPERS: [(&[Cited], Paper); 1] = [(&[Cited::Demo, Cited::Flatten], DMA02)];
+const PAPERS: [(&[Cited], Paper); 2] = [
+    (&[Cited::Demo, Cited::Flatten], DMA02),
+    (&[Cited::Field], PGP06),
+];
 
 /// Prints the papers.
 pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {

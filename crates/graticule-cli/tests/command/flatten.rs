@@ -119,9 +119,7 @@ fn the_file_written_is_the_one_read_with_new_coordinates() {
         let lines = text
             .lines()
             .filter(|line| !line.starts_with("vt ") && !line.starts_with('#'));
-        lines
-            .map(|line| words(line).join(" "))
-            .collect()
+        lines.map(|line| words(line).join(" ")).collect()
     };
     assert_eq!(kept(&out), kept(text));
     assert_eq!(

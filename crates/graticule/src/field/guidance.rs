@@ -148,6 +148,12 @@ impl Guidance {
         }
     }
 
+    /// Takes over what another guidance wishes softly at a vertex.
+    pub(super) fn take(&mut self, vertex: VertexId, other: &Self) {
+        self.pulls[vertex] = other.pulls[vertex];
+        self.weights[vertex] = other.weights[vertex];
+    }
+
     /// The number of vertices whose direction is fixed.
     #[must_use]
     pub fn fixed_count(&self) -> usize {
