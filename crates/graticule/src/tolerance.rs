@@ -154,11 +154,11 @@ pub const COLLAPSED_AREA: f64 = 1e-9;
 /// than on average, a bound keeps the cost linear; a disk of 300 vertices averages enough.
 pub const DISK_VERTEX_LIMIT: usize = 300;
 
-/// Curvature, times the diagonal of the bounding box, at which a bend is trusted half.
+/// Curvature, times the radius of gyration of the surface, at which a bend is trusted half.
 ///
-/// Wide bends, of a quarter of the diagonal and more, are seldom what lines should follow, and on
-/// scans their directions are noise.
-pub const FLAT_CURVATURE: f64 = 4.0;
+/// Bends nearly as wide as the surface itself are seldom what lines should follow, and on scans
+/// their directions are noise.
+pub const FLAT_CURVATURE: f64 = 1.2;
 
 /// Length of the mean of unit vectors above which edges that meet agree on a direction.
 ///

@@ -81,11 +81,20 @@ fn guides_that_fit_nothing_are_refused_by_number() {
         ("[{\"face\": 99, \"direction\": [1, 0, 0]}]", "face 99"),
         ("[{\"face\": 0, \"direction\": [0, 0, 1]}]", "guide 0"),
         ("[{\"vertex\": 0, \"direction\": [0, 0, 0]}]", "guide 0"),
-        ("[{\"vertex\": 0, \"direction\": [1, 0, 0], \"weight\": -1}]", "guide 0"),
+        (
+            "[{\"vertex\": 0, \"direction\": [1, 0, 0], \"weight\": -1}]",
+            "guide 0",
+        ),
         ("[{\"direction\": [1, 0, 0]}]", "guide 0"),
-        ("[{\"vertex\": 0, \"face\": 0, \"direction\": [1, 0, 0]}]", "guide 0"),
+        (
+            "[{\"vertex\": 0, \"face\": 0, \"direction\": [1, 0, 0]}]",
+            "guide 0",
+        ),
         ("[{\"vertex\": 0, \"direction\": [1, 0]}]", "guides.json"),
-        ("[{\"vertex\": 0, \"direction\": [1, 0, 0], \"wieght\": 1}]", "wieght"),
+        (
+            "[{\"vertex\": 0, \"direction\": [1, 0, 0], \"wieght\": 1}]",
+            "wieght",
+        ),
         ("nonsense", "guides.json"),
     ] {
         bench.write("guides.json", guides);
@@ -153,9 +162,7 @@ fn lines_are_written_over_the_mesh() {
     let vertices = disk(3).positions.len();
     let triangles = disk(3).triangles.len();
     for (symmetry, lines) in [(1, 1), (2, 1), (4, 2)] {
-        bench.succeed(&format!(
-            "field patch.obj -o out.obj --symmetry {symmetry}"
-        ));
+        bench.succeed(&format!("field patch.obj -o out.obj --symmetry {symmetry}"));
         let out = bench.read("out.obj");
         let count = |key: &str| out.lines().filter(|line| line.starts_with(key)).count();
         assert_eq!(count("l "), lines * vertices);
@@ -172,7 +179,9 @@ fn lines_of_the_file_are_followed() {
     bench.write("plain.obj", square);
     bench.write("lined.obj", &format!("{square}l 1 5 3\nl 1 3\n"));
     let along = |name: &str| {
-        let run = bench.succeed(&format!("field {name}.obj -o out.json --report report.json"));
+        let run = bench.succeed(&format!(
+            "field {name}.obj -o out.json --report report.json"
+        ));
         let d = numbers(&bench.json("out.json")["directions"][4]);
         (d[0].abs().max(d[1].abs()), run.stderr)
     };
@@ -201,7 +210,9 @@ fn a_box_keeps_its_edges_and_a_field_can_go_to_standard_output() {
 fn threads_change_no_byte_and_the_seed_decides_where_nothing_guides() {
     let bench = Bench::with(&icosphere(3));
     let field = |options: &str| {
-        bench.succeed(&format!("field patch.obj -o out.json --curvature-radius 0 {options}"));
+        bench.succeed(&format!(
+            "field patch.obj -o out.json --curvature-radius 0 {options}"
+        ));
         bench.read("out.json")
     };
     assert_eq!(field("--threads 1"), field("--threads 2"));

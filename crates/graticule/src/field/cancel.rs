@@ -109,11 +109,15 @@ fn release_pairs(
     let mut is_free = PerVertex::filled(surface.mesh().vertex_count(), false);
     let mut any = false;
     for singularity in &singular.faces {
-        let center = surface.mesh().triangle(singularity.face)[0];
-        finder.find(center, distance, DISK_VERTEX_LIMIT, &mut disk);
-        if has_opposite(surface, &disk, &steps, singularity) {
+        // Round all three corners: none of them has a right to be the middle.
+        let corners = surface.mesh().triangle(singularity.face);
+        let is_close = corners.iter().any(|&corner| {
+            finder.find(corner, distance, DISK_VERTEX_LIMIT, &mut disk);
+            has_opposite(surface, &disk, &steps, singularity)
+        });
+        for corner in corners.into_iter().filter(|_| is_close) {
             any = true;
-            finder.find(center, 2.0 * distance, 4 * DISK_VERTEX_LIMIT, &mut disk);
+            finder.find(corner, 2.0 * distance, 4 * DISK_VERTEX_LIMIT, &mut disk);
             for entry in &disk {
                 is_free[entry.vertex] = guidance.fixed(entry.vertex).is_none();
             }

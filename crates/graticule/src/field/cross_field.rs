@@ -1,8 +1,9 @@
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
 use super::Symmetry;
-use crate::geometry::TangentFrame;
-use crate::mesh::{PerVertex, VertexId};
+use super::tangent::TangentPlanes;
+use crate::geometry::IntrinsicTriangulation;
+use crate::mesh::{PerVertex, Surface, VertexId};
 
 /// A direction, line or cross at each vertex.
 ///
@@ -40,11 +41,17 @@ impl CrossField {
         self.angles[vertex]
     }
 
-    /// One of the directions at each vertex, as a unit vector in space.
+    /// One of the directions at each vertex, as a unit vector in space at a right angle to the
+    /// normal; along an edge it is the edge's. `triangulation` must have the triangles of `surface`.
     #[must_use]
-    pub fn directions_in_space(&self, frames: &PerVertex<TangentFrame>) -> PerVertex<DVec3> {
+    pub fn directions_in_space(
+        &self,
+        surface: &Surface,
+        triangulation: &IntrinsicTriangulation,
+    ) -> PerVertex<DVec3> {
+        let planes = TangentPlanes::of(surface, triangulation);
         PerVertex::from_fn(self.angles.len(), |vertex: VertexId| {
-            frames[vertex].lift(DVec2::from_angle(self.angles[vertex]))
+            planes.in_space(self.symmetry, vertex, self.angles[vertex])
         })
     }
 }

@@ -3,10 +3,10 @@ use std::f64::consts::FRAC_PI_2;
 use glam::{DMat3, DVec2, DVec3};
 use rayon::prelude::*;
 
+use super::Symmetry;
 use super::disk::{DiskFinder, DiskVertex};
-use crate::geometry::{
-    EdgeLengths, IntrinsicTriangulation, TangentFrame, dihedral_angles, vertex_areas, vertex_frames,
-};
+use super::tangent::TangentPlanes;
+use crate::geometry::{EdgeLengths, IntrinsicTriangulation, dihedral_angles, vertex_areas};
 use crate::mesh::{Element, PerVertex, Surface, VertexId};
 use crate::tolerance::{DISK_VERTEX_LIMIT, FLAT_CURVATURE};
 use crate::watch::{Stopped, Watch};
@@ -50,7 +50,7 @@ pub struct PrincipalCurvature {
 /// Disks hold at most [`DISK_VERTEX_LIMIT`] vertices: where the sampling is much finer than on
 /// average, the radius shrinks to that. At the boundary the disk is what is there of it.
 ///
-/// Angles are those of [`vertex_frames`] and of [`IntrinsicTriangulation::direction`].
+/// Angles are those of [`IntrinsicTriangulation::direction`].
 ///
 /// Cost: linear, in parallel; some 40 vertices a disk at the default radius on an even sampling.
 ///
@@ -84,28 +84,28 @@ pub fn principal_curvatures(
 /// Vertices between two looks at the watch.
 const CHUNK: usize = 1024;
 
-struct Estimator {
-    frames: PerVertex<TangentFrame>,
+struct Estimator<'a> {
+    planes: TangentPlanes<'a>,
     areas: PerVertex<f64>,
     bends: PerVertex<DMat3>,
     radius: f64,
     flat: f64,
 }
 
-impl Estimator {
+impl<'a> Estimator<'a> {
     fn new(
-        surface: &Surface,
-        triangulation: &IntrinsicTriangulation,
+        surface: &'a Surface,
+        triangulation: &'a IntrinsicTriangulation,
         options: &CurvatureOptions,
     ) -> Self {
         let lengths = EdgeLengths::of(surface);
-        let [low, high] = surface.bounding_box();
+        let areas = vertex_areas(triangulation);
         Self {
-            frames: vertex_frames(surface),
-            areas: vertex_areas(triangulation),
+            planes: TangentPlanes::of(surface, triangulation),
             bends: vertex_bends(surface, &lengths),
             radius: options.radius * lengths.mean(),
-            flat: FLAT_CURVATURE / (high - low).length(),
+            flat: FLAT_CURVATURE / radius_of_gyration(surface, &areas),
+            areas,
         }
     }
 
@@ -127,12 +127,13 @@ impl Estimator {
         } else {
             DMat3::ZERO
         };
-        self.principal(tensor, &self.frames[vertex])
+        self.principal(tensor, vertex)
     }
 
     /// The normal cycle sees a bend across an edge along the edge, so that its larger eigenvalue
     /// belongs to the direction of the smaller curvature.
-    fn principal(&self, tensor: DMat3, frame: &TangentFrame) -> PrincipalCurvature {
+    fn principal(&self, tensor: DMat3, vertex: VertexId) -> PrincipalCurvature {
+        let frame = &self.planes.frames[vertex];
         let (tx, ty) = (tensor * frame.x, tensor * frame.y);
         let (xx, xy, yy) = (frame.x.dot(tx), frame.x.dot(ty), frame.y.dot(ty));
         let mean = f64::midpoint(xx, yy);
@@ -148,10 +149,28 @@ impl Estimator {
         PrincipalCurvature {
             max,
             min,
-            direction,
+            direction: self.planes.on_surface(Symmetry::Line, vertex, direction),
             confidence: confidence(max, min, self.flat),
         }
     }
+}
+
+/// The root of the mean square distance from the centre, by area: a size that does not change when
+/// the surface is turned. Infinite without area.
+fn radius_of_gyration(surface: &Surface, areas: &PerVertex<f64>) -> f64 {
+    let total: f64 = areas.iter().sum();
+    if total <= 0.0 {
+        return f64::INFINITY;
+    }
+    let shares = || {
+        surface
+            .positions()
+            .iter()
+            .zip(areas.iter().map(|area| area / total))
+    };
+    let center: DVec3 = shares().map(|(&position, share)| position * share).sum();
+    let squares = shares().map(|(position, share)| position.distance_squared(center) * share);
+    squares.sum::<f64>().sqrt()
 }
 
 /// For each vertex the sum over its edges of dihedral angle × length × direction ⊗ direction.
@@ -207,7 +226,7 @@ mod tests {
         surface: &Surface,
         found: &PerVertex<PrincipalCurvature>,
     ) -> PerVertex<DVec3> {
-        let frames = vertex_frames(surface);
+        let frames = crate::geometry::vertex_frames(surface);
         let lift = |v: VertexId| frames[v].lift(DVec2::from_angle(found[v].direction));
         PerVertex::from_fn(found.len(), lift)
     }

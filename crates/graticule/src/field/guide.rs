@@ -1,9 +1,10 @@
 use glam::DVec3;
 
 use super::curl::turns_to_triangle;
-use super::{FieldError, Guidance, Strength};
-use crate::geometry::{IntrinsicTriangulation, TangentFrame, vertex_frames};
-use crate::mesh::{Element, FaceId, PerVertex, Surface, VertexId};
+use super::tangent::TangentPlanes;
+use super::{FieldError, Guidance, Strength, Symmetry};
+use crate::geometry::IntrinsicTriangulation;
+use crate::mesh::{Element, FaceId, Surface, VertexId};
 use crate::tolerance::GUIDE_SLANT;
 
 /// A direction that the field should have somewhere.
@@ -41,11 +42,13 @@ impl Guidance {
         if guides.is_empty() {
             return Ok(());
         }
-        let frames = vertex_frames(surface);
+        let planes = TangentPlanes::of(surface, triangulation);
         for (number, guide) in guides.iter().enumerate() {
             check(number, guide, surface)?;
             let angles = match guide.place {
-                GuidePlace::Vertex(vertex) => at_vertex(guide.direction, vertex, &frames),
+                GuidePlace::Vertex(vertex) => {
+                    at_vertex(self.symmetry(), guide.direction, vertex, &planes)
+                }
                 GuidePlace::Face(face) => in_face(guide.direction, face, surface, triangulation),
             };
             if angles.is_empty() {
@@ -103,13 +106,17 @@ fn unit(vector: DVec3) -> Option<DVec3> {
 
 /// The vertex with the direction as an angle; nothing if it is across the surface.
 fn at_vertex(
+    symmetry: Symmetry,
     direction: DVec3,
     vertex: VertexId,
-    frames: &PerVertex<TangentFrame>,
+    planes: &TangentPlanes<'_>,
 ) -> Vec<(VertexId, f64)> {
-    let along = unit(direction).map(|direction| frames[vertex].project(direction));
+    let along = unit(direction).map(|direction| planes.frames[vertex].project(direction));
     let along = along.filter(|along| along.length() > GUIDE_SLANT);
-    let angle = along.map(|along| (vertex, libm::atan2(along.y, along.x)));
+    let angle = along.map(|along| {
+        let in_frame = libm::atan2(along.y, along.x);
+        (vertex, planes.on_surface(symmetry, vertex, in_frame))
+    });
     angle.into_iter().collect()
 }
 

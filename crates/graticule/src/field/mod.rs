@@ -32,6 +32,7 @@ mod singularity;
 mod smoothing;
 mod stage;
 mod symmetry;
+mod tangent;
 
 pub use cancel::{CancelOptions, Cancellation, Triangulations, cancel_close_pairs};
 pub use cross_field::CrossField;

@@ -64,8 +64,8 @@ pub struct FeatureOptions {
 impl Default for FeatureOptions {
     fn default() -> Self {
         Self {
-            dihedral: Some(40.0_f64.to_radians()),
-            least_edges: 5,
+            dihedral: Some(60.0_f64.to_radians()),
+            least_edges: 10,
             edges: Vec::new(),
             strength: Strength::Hard,
         }

@@ -96,7 +96,7 @@ pub fn cross_field(
             cancellation,
             curl,
         },
-        directions: field.directions_in_space(&frames),
+        directions: field.directions_in_space(ground.surface, &ground.original),
         normals: frames.map(|frame| frame.normal),
         field,
         singularities,
@@ -265,6 +265,6 @@ impl<'a> Ground<'a> {
             total += area;
         }
         let deviation = (weights > 0.0).then(|| deviations / weights);
-        [deviation, Some(weights / total)]
+        [deviation, (total > 0.0).then(|| weights / total)]
     }
 }

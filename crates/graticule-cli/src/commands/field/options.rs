@@ -38,7 +38,7 @@ pub(crate) struct Options {
     pub(super) guide: Option<PathBuf>,
     /// Angle in degrees between two triangles from which on their edge is kept; 180 for none.
     /// Lines of the mesh file are kept, too
-    #[arg(long, value_name = "DEG", default_value_t = 40.0, value_parser = parse_degrees)]
+    #[arg(long, value_name = "DEG", default_value_t = 60.0, value_parser = parse_degrees)]
     feature_angle: f64,
     /// How the boundary is followed
     #[arg(long, value_enum, default_value_t = Boundary::Soft)]
