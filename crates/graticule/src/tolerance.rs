@@ -171,6 +171,10 @@ pub const AGREEING_EDGES: f64 = 0.5;
 /// Far below what guidance a hundred edges away leaves, far above rounding.
 pub const NO_DIRECTION: f64 = 1e-12;
 
+/// Mean weight of guidance up to which a field counts as unguided: that of curvature on a finely
+/// sampled sphere, where it is nothing but the triangles.
+pub const FAINT_GUIDANCE: f64 = 1e-2;
+
 /// Mean change of unit vectors in one step below which a field is at rest.
 ///
 /// A hundredth of a degree at the finest symmetry: no singularity moves any more.

@@ -10,7 +10,7 @@ use super::{CrossField, FieldError, Guidance, Symmetry};
 use crate::geometry::{IntrinsicTriangulation, vertex_areas};
 use crate::mesh::{Element, PerVertex, VertexId};
 use crate::solve::{HermitianCholesky, HermitianMatrix, Placement, SymmetricMatrix};
-use crate::tolerance::{FIELD_AT_REST, NO_DIRECTION};
+use crate::tolerance::{FAINT_GUIDANCE, FIELD_AT_REST, NO_DIRECTION};
 use crate::watch::Watch;
 
 /// Step of the diffusion against the dimensionless weights of the edges: long enough to carry
@@ -113,6 +113,14 @@ impl System {
         })
     }
 
+    /// Whether so little guides the field that diffusion alone decides where it is singular.
+    pub(super) fn is_unguided(&self) -> bool {
+        let wished: f64 = self.weights.iter().sum();
+        let total: f64 = self.masses.iter().sum();
+        self.fixed.iter().all(Option::is_none)
+            && wished <= FAINT_GUIDANCE * (1.0 - self.smoothing) * total
+    }
+
     /// How far unit vectors are from the guidance.
     pub(super) fn guidance_energy(&self, powers: &PerVertex<DVec2>) -> f64 {
         // Σ w |u - t|² = Σ w (2 - 2 u·t) for unit vectors.
@@ -128,7 +136,7 @@ pub(super) struct Diffusion<'a> {
     system: &'a System,
     solver: Option<(HermitianMatrix, HermitianCholesky)>,
     constant: Vec<DVec2>,
-    /// Largest relative residual of a solve so far.
+    /// Relative residual of the first solve; all have the same matrix.
     pub(super) residual: f64,
     /// Steps taken so far.
     pub(super) steps: usize,
@@ -161,7 +169,7 @@ impl<'a> Diffusion<'a> {
 
     /// Guidance carried into the places without; seeded phases where none arrives.
     pub(super) fn start(&mut self, seed: u64) -> Result<Vec<DVec2>, FieldError> {
-        let carried = self.diffuse(&vec![DVec2::ZERO; self.system.free.len()])?;
+        let carried = self.diffuse(&vec![DVec2::ZERO; self.system.free.len()], true)?;
         let vertices = self.system.free.iter();
         let powers = vertices.zip(carried).map(|(&vertex, power)| {
             if power.length() > NO_DIRECTION {
@@ -173,7 +181,8 @@ impl<'a> Diffusion<'a> {
         Ok(powers.collect())
     }
 
-    fn diffuse(&mut self, powers: &[DVec2]) -> Result<Vec<DVec2>, FieldError> {
+    /// One solve. To check it costs nearly as much again.
+    fn diffuse(&mut self, powers: &[DVec2], is_checked: bool) -> Result<Vec<DVec2>, FieldError> {
         let Some((matrix, factor)) = &self.solver else {
             return Ok(Vec::new());
         };
@@ -184,8 +193,9 @@ impl<'a> Diffusion<'a> {
         });
         let side: Vec<c64> = side.collect();
         let solution = factor.solve(&side)?;
-        let residual = relative_residual(matrix, &solution, &side);
-        self.residual = self.residual.max(residual);
+        if is_checked {
+            self.residual = relative_residual(matrix, &solution, &side);
+        }
         let vectors = solution.iter().map(|value| DVec2::new(value.re, value.im));
         Ok(vectors.collect())
     }
@@ -200,7 +210,7 @@ impl<'a> Diffusion<'a> {
         let mut powers = start;
         while self.steps < steps && !powers.is_empty() {
             watch.check()?;
-            let diffused = self.diffuse(&powers)?;
+            let diffused = self.diffuse(&powers, self.steps == 0)?;
             let mut moved = 0.0;
             for (power, next) in powers.iter_mut().zip(&diffused) {
                 // A vector that vanishes says nothing: keep the one before.

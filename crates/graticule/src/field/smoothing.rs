@@ -12,7 +12,8 @@ use crate::watch::Watch;
 pub struct SmoothingOptions {
     /// The share of smoothness against guidance, ρ of [PGP06] Eq. 21, in `0.0..1.0`.
     pub smoothing: f64,
-    /// Most steps of diffusion and normalisation.
+    /// Most steps of diffusion and normalisation; ten times as many where next to nothing guides the
+    /// field, for singularities need that long to spread.
     pub steps: usize,
     /// Chooses the directions to start from where there is no guidance.
     pub seed: u64,
@@ -22,7 +23,7 @@ impl Default for SmoothingOptions {
     fn default() -> Self {
         Self {
             smoothing: 0.8,
-            steps: 40,
+            steps: 15,
             seed: 0,
         }
     }
@@ -48,7 +49,7 @@ pub struct SmoothingReport {
     pub smoothness_energy: f64,
     /// How far it is from its guidance, `Σ weight |u - target|²`, areas in mean vertex areas.
     pub guidance_energy: f64,
-    /// Largest relative residual of the linear solves.
+    /// Relative residual of the linear solves, all of which have the same matrix.
     pub residual: f64,
 }
 
@@ -119,7 +120,11 @@ fn smooth_from(
         Some(field) => run.start_from(field),
         None => run.start(options.seed)?,
     };
-    let free = run.descend(start, options.steps, watch)?;
+    let steps = match system.is_unguided() {
+        true => options.steps.saturating_mul(10),
+        false => options.steps,
+    };
+    let free = run.descend(start, steps, watch)?;
     let powers = system.with_fixed(&free);
     let Diffusion {
         residual,
@@ -175,7 +180,7 @@ mod tests {
         fn smooth(&self, guidance: &Guidance) -> SmoothField {
             let positions = self.surface.positions();
             let options = SmoothingOptions {
-                steps: 200,
+                steps: 20,
                 ..Default::default()
             };
             smooth_field(&self.delaunay, positions, guidance, &options, &Watch::new()).unwrap()

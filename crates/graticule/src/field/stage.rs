@@ -7,7 +7,7 @@ use super::{
     curl_correction, feature_edges, principal_curvatures, smooth_field,
 };
 use crate::geometry::{
-    EdgeLengths, IntrinsicTriangulation, intrinsic_delaunay, normalized, vertex_areas,
+    EdgeLengths, IntrinsicTriangulation, Similarity, intrinsic_delaunay, normalized, vertex_areas,
     vertex_frames,
 };
 use crate::mesh::{PerVertex, Surface, Topology};
@@ -58,7 +58,7 @@ pub fn cross_field(
     let _stage = watch.stage("field");
     let (unit_surface, similarity) = normalized(surface);
     let ground = Ground::of(&unit_surface, watch)?;
-    let mut curvatures = ground.curvatures(options, watch)?;
+    let curvatures = ground.curvatures(options, watch)?;
     let (guidance, feature_edges) = ground.guidance(options, curvatures.as_ref())?;
     let smooth = smooth_field(
         &ground.delaunay,
@@ -73,13 +73,6 @@ pub fn cross_field(
     let euler_characteristic = ground.checked_index_sum(&singularities)?;
     let curl = ground.curl(&field, options, watch)?;
     let [mean_deviation, mean_confidence] = ground.deviation(&field, curvatures.as_ref());
-    if let Some(curvatures) = &mut curvatures {
-        for curvature in curvatures.as_mut_slice() {
-            curvature.max = libm::ldexp(curvature.max, similarity.exponent());
-            curvature.min = libm::ldexp(curvature.min, similarity.exponent());
-        }
-    }
-    let frames = vertex_frames(ground.surface);
     let (scale, curl) = curl.map_or((None, None), |curl| (Some(curl.scale), Some(curl.report)));
     Ok(FieldResult {
         report: FieldReport {
@@ -97,11 +90,24 @@ pub fn cross_field(
             curl,
         },
         directions: field.directions_in_space(ground.surface, &ground.original),
-        normals: frames.map(|frame| frame.normal),
+        normals: vertex_frames(ground.surface).map(|frame| frame.normal),
         field,
         singularities,
-        curvatures,
+        curvatures: curvatures.map(|curvatures| at_own_scale(&curvatures, &similarity)),
         scale,
+    })
+}
+
+/// The curvatures of the surface before it was brought to unit size.
+fn at_own_scale(
+    curvatures: &PerVertex<PrincipalCurvature>,
+    similarity: &Similarity,
+) -> PerVertex<PrincipalCurvature> {
+    let exponent = similarity.exponent();
+    curvatures.map(|&curvature| PrincipalCurvature {
+        max: libm::ldexp(curvature.max, exponent),
+        min: libm::ldexp(curvature.min, exponent),
+        ..curvature
     })
 }
 

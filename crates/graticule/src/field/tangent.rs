@@ -136,16 +136,12 @@ struct Sector {
     sides: [DVec3; 2],
 }
 
-/// What an angle outside of the boundary becomes: as far from the nearer of the two boundary edges,
+/// What an angle outside of the boundary becomes: in the same ratio between the two boundary edges,
 /// which go from the angles `from` to `to`.
 fn beyond(from: [f64; 2], to: [f64; 2], angle: f64) -> f64 {
-    let before = (from[0] - angle).rem_euclid(TAU);
-    let after = (angle - from[1]).rem_euclid(TAU);
-    if before < after {
-        to[0] - before
-    } else {
-        to[1] + after
-    }
+    let gap = |[first, last]: [f64; 2]| (first - last).rem_euclid(TAU);
+    let share = (angle - from[1]).rem_euclid(TAU) / gap(from).max(SLACK);
+    to[1] + share.min(1.0) * gap(to)
 }
 
 /// The angle that fits the images of all directions of a field best.
