@@ -120,10 +120,8 @@ fn smooth_from(
         Some(field) => run.start_from(field),
         None => run.start(options.seed)?,
     };
-    let steps = match system.is_unguided() {
-        true => options.steps.saturating_mul(10),
-        false => options.steps,
-    };
+    let patience = if system.is_unguided() { 10 } else { 1 };
+    let steps = options.steps.saturating_mul(patience);
     let free = run.descend(start, steps, watch)?;
     let powers = system.with_fixed(&free);
     let Diffusion {

@@ -290,8 +290,10 @@ fn guides_that_make_no_sense_are_refused_by_number() {
         strength: Strength::Hard,
     };
     let refused = |guide: Guide| {
-        let mut options = FieldOptions::default();
-        options.guides = vec![sound, guide];
+        let options = FieldOptions {
+            guides: vec![sound, guide],
+            ..FieldOptions::default()
+        };
         cross_field(&surface, &options, &Watch::new()).unwrap_err()
     };
     for direction in [DVec3::ZERO, DVec3::Z, DVec3::NAN, DVec3::INFINITY] {

@@ -81,9 +81,7 @@ impl Found<'_> {
     /// The figures, and where the field is singular.
     fn to_report(&self) -> Result<Value, Failure> {
         let mut report = to_value(&self.field.report)?;
-        if let Value::Object(fields) = &mut report {
-            fields.insert("singular".into(), self.singularities());
-        }
+        report["singular"] = self.singularities();
         Ok(report)
     }
 
