@@ -13,6 +13,8 @@ use crate::mesh::{PerVertex, VertexId};
 ///
 /// No weight is negative: on an intrinsic Delaunay triangulation only those of boundary edges
 /// opposite to obtuse angles would be, and these count as 0.
+///
+/// [PGP06]: crate::papers::PGP06
 pub(super) struct ConnectionLaplacian {
     pub(super) edges: Vec<Connection>,
 }

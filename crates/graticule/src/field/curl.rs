@@ -66,6 +66,8 @@ pub struct CurlReport {
 ///
 /// # Errors
 /// [`FieldError`].
+///
+/// [PGP06]: crate::papers::PGP06
 pub fn curl_correction(
     mesh: &TriangleMesh,
     triangulation: &IntrinsicTriangulation,

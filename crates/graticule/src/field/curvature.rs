@@ -196,6 +196,8 @@ fn outer(vector: DVec3) -> DMat3 {
 /// `(max - min)² / (max² + min² + flat²)`, at most 1: 1 on a cylinder and on any saddle, 0 on
 /// spheres and planes, whatever the size of the model. The ratio `|max / min|` of [PGP06] Eq. 21 is
 /// infinite at parabolic points and says nothing on flat ones.
+///
+/// [PGP06]: crate::papers::PGP06
 fn confidence(max: f64, min: f64, flat: f64) -> f64 {
     // In terms of the largest, so that squares neither overflow nor underflow.
     let scale = max.abs().max(min.abs()).max(flat);

@@ -41,6 +41,8 @@ impl Guidance {
 
     /// The directions of the larger curvature, as far as they can be trusted
     /// ([PGP06] Eq. 21, with a bounded confidence in place of `|kmax / kmin|`).
+    ///
+    /// [PGP06]: crate::papers::PGP06
     #[must_use]
     pub fn from_curvature(symmetry: Symmetry, curvatures: &PerVertex<PrincipalCurvature>) -> Self {
         let mut guidance = Self::none(symmetry, curvatures.len());

@@ -40,6 +40,8 @@ impl Singularities {
     /// Between neighbours the field turns by the least angle ([PGP06] Eq. 13). The turns round a
     /// triangle, less what transport turns by, are a multiple of the symmetry's step. The sum of
     /// all indices is the Euler characteristic, whatever the field.
+    ///
+    /// [PGP06]: crate::papers::PGP06
     #[must_use]
     pub fn of(
         field: &CrossField,

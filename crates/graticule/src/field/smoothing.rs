@@ -11,6 +11,8 @@ use crate::watch::Watch;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SmoothingOptions {
     /// The share of smoothness against guidance, ρ of [PGP06] Eq. 21, in `0.0..1.0`.
+    ///
+    /// [PGP06]: crate::papers::PGP06
     pub smoothing: f64,
     /// Most steps of diffusion and normalisation; ten times as many where next to nothing guides the
     /// field, for singularities need that long to spread.
@@ -68,6 +70,8 @@ pub struct SmoothingReport {
 ///
 /// # Errors
 /// [`FieldError`].
+///
+/// [PGP06]: crate::papers::PGP06
 pub fn smooth_field(
     triangulation: &IntrinsicTriangulation,
     positions: &PerVertex<DVec3>,

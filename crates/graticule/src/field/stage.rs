@@ -49,6 +49,8 @@ pub struct FieldResult {
 /// # Errors
 /// [`FieldError`]: an option out of range, a guide that fits no element or points out of the
 /// surface, triangles too degenerate to divide by; or the watch stopped it.
+///
+/// [PGP06]: crate::papers::PGP06
 pub fn cross_field(
     surface: &Surface,
     options: &FieldOptions,

@@ -45,6 +45,8 @@ impl Symmetry {
     /// The unit vector whose angle is `order` times this one: the same for all directions of the
     /// field, which is what makes sums and differences of it meaningful ([PGP06] §4.2; the text has
     /// multiplication and division the wrong way round).
+    ///
+    /// [PGP06]: crate::papers::PGP06
     #[inline]
     #[must_use]
     pub fn power(self, angle: f64) -> DVec2 {
