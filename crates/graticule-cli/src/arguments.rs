@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 use serde::Serialize;
 
-use crate::commands::{cite, demo, flatten, info, measure, repair};
+use crate::commands::{cite, demo, field, flatten, info, measure, repair};
 
-/// Flattens patches of surface meshes and measures the maps.
+/// Flattens patches of surface meshes, measures the maps, and computes cross fields.
 ///
 /// Data goes to the named file or to standard output, everything else to standard error. Exit
 /// code 0: the promised result was written. 1: it could not be; one line says why, one what to
@@ -64,6 +64,8 @@ pub(crate) enum Command {
     Repair(repair::Options),
     /// Lay a patch flat and write its mesh with texture coordinates
     Flatten(flatten::Options),
+    /// Compute a smooth field of crosses, lines or vectors and its singularities
+    Field(field::Options),
     /// Measure the distortion of any mesh with texture coordinates
     Measure(measure::Options),
     /// Print the papers behind the commands

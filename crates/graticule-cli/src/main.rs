@@ -24,7 +24,7 @@ use std::sync::Arc;
 use clap::Parser;
 
 use arguments::{Arguments, Command};
-use commands::{cite, demo, flatten, info, measure, repair};
+use commands::{cite, demo, field, flatten, info, measure, repair};
 use console::Console;
 use failure::Failure;
 use session::Session;
@@ -59,6 +59,7 @@ fn run_command(command: &Command, session: &Session) -> Result<(), Failure> {
         Command::Info(options) => info::run(options, session),
         Command::Repair(options) => repair::run(options, session),
         Command::Flatten(options) => flatten::run(options, session),
+        Command::Field(options) => field::run(options, session),
         Command::Measure(options) => measure::run(options, session),
         Command::Cite(options) => cite::run(options, session),
     }

@@ -83,6 +83,12 @@ impl Plan {
         self.check_files()
     }
 
+    /// Checks one more file, which the outcome will hold.
+    pub(crate) fn add_file(&mut self, path: PathBuf) -> Result<(), Failure> {
+        self.files.push(path);
+        self.check_files()
+    }
+
     /// The format of the picture that the user wants, if any.
     pub(crate) fn picture_format(&self) -> Option<PictureFormat> {
         self.picture.as_ref().map(|(_, format)| *format)

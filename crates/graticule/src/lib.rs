@@ -11,6 +11,7 @@
 //! | [`solve`] | sparse matrices | factorisations held for reuse, checked solutions |
 //! | [`measure`] | a map | flips, overlaps, distortion, a report |
 //! | [`flatten`] | a patch | planar coordinates |
+//! | [`field`] | a surface | a smooth field of crosses, its singularities, a scale without curl |
 //!
 //! The library opens no files, prints nothing and starts no threads beyond rayon's pool.
 //!
@@ -18,6 +19,7 @@
 //! [`PGP06`]: papers::PGP06
 #![forbid(unsafe_code)]
 
+pub mod field;
 pub mod flatten;
 pub mod geometry;
 pub mod measure;

@@ -3,6 +3,9 @@
 //! A tolerance compares two quantities of the same kind, so that scaling a model changes nothing.
 //! Code elsewhere names one of these constants; it never writes a small number of its own.
 
+/// Largest relative residual `|Ax - b| / (|A| |x| + |b|)` accepted from a linear solver.
+///
+/// A backward stable factorisation of a mesh Laplacian with a million unknowns stays below 1e-13;
 /// four digits of margin tell a broken solution from an ordinary one.
 pub const LINEAR_RESIDUAL: f64 = 1e-9;
 
@@ -144,3 +147,47 @@ pub const COLLAPSED_AREA: f64 = 1e-9;
 /// Collinear points computed in double precision come out some 1e-16 off the line; scans and CAD
 /// data in single precision hold true slivers down to about 1e-8.
 pub const NO_AREA_HEIGHT: f64 = 1e-12;
+
+/// Largest number of vertices in the disk that a curvature is averaged over.
+///
+/// An even sampling has some 40 within three mean edge lengths. Where the sampling is much finer
+/// than on average, a bound keeps the cost linear; a disk of 300 vertices averages enough.
+pub const DISK_VERTEX_LIMIT: usize = 300;
+
+/// Curvature, times the radius of gyration of the surface, at which a bend is trusted half.
+///
+/// Bends nearly as wide as the surface itself are seldom what lines should follow, and on scans
+/// their directions are noise.
+pub const FLAT_CURVATURE: f64 = 1.2;
+
+/// Length of the mean of unit vectors above which edges that meet agree on a direction.
+///
+/// Two edges of a smooth line that bends by 60° still agree as lines; three edges of a box corner
+/// do not as crosses.
+pub const AGREEING_EDGES: f64 = 0.5;
+
+/// Length of a vector, diffused from unit vectors, below which it carries no direction.
+///
+/// Far below what guidance a hundred edges away leaves, far above rounding.
+pub const NO_DIRECTION: f64 = 1e-12;
+
+/// Mean weight of guidance up to which a field counts as unguided: that of curvature on a finely
+/// sampled sphere, where it is nothing but the triangles.
+pub const FAINT_GUIDANCE: f64 = 1e-2;
+
+/// Mean change of unit vectors in one step below which a field is at rest.
+///
+/// A hundredth of a degree at the finest symmetry: no singularity moves any more.
+pub const FIELD_AT_REST: f64 = 1e-4;
+
+/// Length of the part along the surface of a unit vector at or below which it has no direction
+/// there.
+///
+/// Below it the direction would be made of the rounding of a typed number or of a vertex normal.
+pub const GUIDE_SLANT: f64 = 1e-6;
+
+/// What the sum of a field's indices may miss the Euler characteristic by.
+///
+/// Rounding of the turns along a boundary of a million edges stays below 1e-9; the smallest real
+/// miss is a quarter.
+pub const INDEX_ROUNDING: f64 = 1e-6;

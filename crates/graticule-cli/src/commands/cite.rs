@@ -1,7 +1,9 @@
 //! `graticule cite`: the papers behind the commands.
 
 use clap::{Args, ValueEnum};
-use graticule::papers::{BS07, DMA02, FLO03, HG00, LPRM02, MTAD08, Paper, SS15, SSGH01, TUT63};
+use graticule::papers::{
+    BS07, DMA02, FLO03, HG00, LPRM02, MTAD08, PGP06, Paper, SS15, SSGH01, TUT63,
+};
 use serde::Serialize;
 use serde_json::json;
 
@@ -26,6 +28,7 @@ pub(crate) struct Options {
 #[serde(rename_all = "kebab-case")]
 enum Cited {
     Demo,
+    Field,
     Flatten,
     Measure,
 }
@@ -41,7 +44,7 @@ enum Style {
 }
 
 /// The papers whose methods each command runs.
-const PAPERS: [(&[Cited], Paper); 9] = [
+const PAPERS: [(&[Cited], Paper); 10] = [
     (&[Cited::Demo, Cited::Flatten], DMA02),
     (&[Cited::Demo, Cited::Flatten], LPRM02),
     (&[Cited::Flatten], MTAD08),
@@ -51,6 +54,7 @@ const PAPERS: [(&[Cited], Paper); 9] = [
     (&[Cited::Demo, Cited::Flatten, Cited::Measure], SSGH01),
     (&[Cited::Demo, Cited::Flatten, Cited::Measure], HG00),
     (&[Cited::Demo, Cited::Flatten, Cited::Measure], SS15),
+    (&[Cited::Field], PGP06),
 ];
 
 /// Prints the papers.

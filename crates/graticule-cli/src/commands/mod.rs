@@ -2,6 +2,7 @@
 
 pub(crate) mod cite;
 pub(crate) mod demo;
+pub(crate) mod field;
 pub(crate) mod flatten;
 pub(crate) mod info;
 pub(crate) mod measure;

@@ -3,6 +3,7 @@
 mod arguments;
 mod bench;
 mod demo;
+mod field;
 mod flatten;
 mod info;
 mod measure;

@@ -63,4 +63,4 @@ pub use triangle::{
 };
 pub use vertex::{angle_defects, mixed_voronoi_areas, vertex_areas};
 pub(crate) use weights::mesh_cotangent_weights;
-pub use weights::{EdgeWeights, cotangent_weights, uniform_weights};
+pub use weights::{EdgeWeights, cotangent_weights, edge_cotangent_weights, uniform_weights};

@@ -1,4 +1,6 @@
-use crate::mesh::{EdgeId, Element, HalfedgeId, PerFace, PerVertex, TriangleMesh, VertexId};
+use crate::mesh::{
+    EdgeId, Element, HalfedgeId, PerEdge, PerFace, PerVertex, TriangleMesh, VertexId,
+};
 
 use super::flip::Diamond;
 use super::rows::Rows;
@@ -74,13 +76,27 @@ impl EdgeWeights {
 pub fn cotangent_weights(
     triangulation: &IntrinsicTriangulation,
 ) -> Result<EdgeWeights, GeometryError> {
-    let mut entries = Vec::with_capacity(triangulation.edge_count());
+    let weights = edge_cotangent_weights(triangulation)?;
+    let entries = weights.enumerate().map(|(edge, &weight)| {
+        let halfedge = triangulation.edge_halfedge(edge);
+        (triangulation.ends(halfedge), weight)
+    });
+    Ok(collect(triangulation.vertex_count(), entries.collect()))
+}
+
+/// The cotangent weight of each edge of the triangulation, several edges with the same ends kept
+/// apart: for forms that carry vectors along the edges. See [`cotangent_weights`].
+///
+/// # Errors
+/// [`GeometryError::DegenerateFace`] where a triangle has no area.
+pub fn edge_cotangent_weights(
+    triangulation: &IntrinsicTriangulation,
+) -> Result<PerEdge<f64>, GeometryError> {
+    let mut weights = Vec::with_capacity(triangulation.edge_count());
     for edge in triangulation.edges() {
-        let weight = rounded_weight(sides(triangulation, edge))?;
-        let ends = triangulation.ends(triangulation.edge_halfedge(edge));
-        entries.push((ends, weight));
+        weights.push(rounded_weight(sides(triangulation, edge))?);
     }
-    Ok(collect(triangulation.vertex_count(), entries))
+    Ok(PerEdge::new(weights))
 }
 
 /// The [`cotangent_weights`] of triangles with the connectivity of a mesh, without the cost of a

@@ -14,7 +14,7 @@ use faer::sparse::linalg::cholesky::{
 use faer::{Conj, MatMut, Par, Side, c64};
 
 use super::pattern::{Pattern, check_size};
-use super::{Ordering, SolveError};
+use super::{Ordering, SolveError, SymmetricMatrix};
 
 /// A Hermitian sparse matrix, of which the lower triangle is stored.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,6 +24,21 @@ pub struct HermitianMatrix {
 }
 
 impl HermitianMatrix {
+    /// The matrix `R + iS` with `R` symmetric and `S` antisymmetric: each triplet `(j, k, s)` adds
+    /// `s` to `S` at `(j, k)` and `-s` at `(k, j)`.
+    ///
+    /// # Errors
+    /// [`SolveError::OutOfRange`] for a place where `R` has no entry, [`SolveError::NonFinite`].
+    pub fn new(
+        real: &SymmetricMatrix,
+        antisymmetric: impl IntoIterator<Item = (usize, usize, f64)>,
+    ) -> Result<Self, SolveError> {
+        let lower = real.lower();
+        let pattern = Arc::clone(lower.pattern());
+        let values = lower.values().iter().map(|&v| c64::new(v, 0.0)).collect();
+        Self { pattern, values }.with_antisymmetric(antisymmetric)
+    }
+
     /// The matrix `L + iS` with `L` the graph Laplacian of weighted edges and `S` antisymmetric.
     ///
     /// The edges are pairs of different vertices, the smaller first, ascending, none twice; each

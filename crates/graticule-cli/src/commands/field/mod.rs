@@ -1,0 +1,102 @@
+//! `graticule field`: a field of crosses, lines or vectors on a surface.
+
+mod guides;
+mod options;
+mod output;
+mod picture;
+mod table;
+
+use graticule::field::{FieldError, FieldResult, cross_field};
+use graticule::mesh::{PolygonSoup, Repaired};
+use serde_json::{Value, json};
+
+use crate::failure::Failure;
+use crate::mesh_input::{Input, repair_to_report};
+use crate::outcome::Outcome;
+use crate::report::{Report, to_value};
+use crate::session::Session;
+
+use guides::Wishes;
+pub(crate) use options::Options;
+use output::FieldOutput;
+
+/// Reads, repairs, computes, draws, writes.
+pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {
+    let (plan, output) = options.check(&session.common)?;
+    let wishes = Wishes::read(options.guide.as_deref())?;
+    let input = Input::read(&options.mesh, session)?;
+    let mut outcome = Outcome::of(Report::new("field", session.options_to_report(options)?));
+    outcome.report.input = input.to_report();
+    let repaired = input.repaired_on_the_way(options.repair_options(), session)?;
+    outcome.report.repair = repair_to_report(&repaired.changes)?;
+    let found = Found {
+        soup: &input.soup,
+        repaired: &repaired,
+        field: field(options, &wishes, &input, &repaired, session)?,
+    };
+    outcome.report.result = found.to_report()?;
+    outcome.remarks = table::table(&found.field).to_string();
+    if let Some(format) = plan.picture_format() {
+        let _stage = session.watch.stage("draw");
+        outcome.picture = Some(format.encode(&picture::picture(&repaired.surface, &found.field)?));
+    }
+    match output {
+        FieldOutput::Lines => outcome.mesh = Some(found.to_lines()),
+        FieldOutput::Json(Some(path)) => outcome.files.push((path, found.to_json()?.into_bytes())),
+        FieldOutput::Json(None) => outcome.text = found.to_json()?,
+    }
+    plan.finish(session, outcome)
+}
+
+/// The field that the options ask for; an error names guides by their place in the file.
+fn field(
+    options: &Options,
+    wishes: &Wishes,
+    input: &Input,
+    repaired: &Repaired,
+    session: &Session,
+) -> Result<FieldResult, Failure> {
+    let mut wanted = options.field_options(session.common.seed);
+    let guides = wishes.on_surface(&input.soup, repaired)?;
+    wanted.guides = guides.iter().map(|(_, guide)| *guide).collect();
+    wanted.features.edges = guides::lines_of_file(&input.soup, repaired, &session.watch);
+    let found = cross_field(&repaired.surface, &wanted, &session.watch);
+    found.map_err(|error| match error {
+        FieldError::Guide { guide, what, value } => {
+            let guide = guides[guide].0;
+            Failure::from(FieldError::Guide { guide, what, value })
+        }
+        error => Failure::from(error).at(input.path.display()),
+    })
+}
+
+/// A field with the file that it belongs to.
+struct Found<'a> {
+    soup: &'a PolygonSoup,
+    repaired: &'a Repaired,
+    field: FieldResult,
+}
+
+impl Found<'_> {
+    /// The figures, and where the field is singular.
+    fn to_report(&self) -> Result<Value, Failure> {
+        let mut report = to_value(&self.field.report)?;
+        report["singular"] = self.singularities();
+        Ok(report)
+    }
+
+    /// The singular triangles: polygon of the file, middle, index.
+    fn singularities(&self) -> Value {
+        let found = &self.field.singularities;
+        let order = f64::from(found.symmetry.order());
+        let singular = found.faces.iter().map(|singularity| {
+            let middle = output::middle(&self.repaired.surface, singularity.face);
+            json!({
+                "polygon": self.repaired.face_polygons[singularity.face],
+                "position": middle.to_array(),
+                "index": f64::from(singularity.steps) / order,
+            })
+        });
+        singular.collect()
+    }
+}

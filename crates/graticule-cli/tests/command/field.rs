@@ -1,0 +1,220 @@
+//! `graticule field`.
+
+use graticule_fixtures::{annulus, block_with_holes, cube, disk, icosphere};
+use serde_json::Value;
+
+use crate::bench::{Bench, has_content};
+
+fn numbers(value: &Value) -> Vec<f64> {
+    let list = value.as_array().unwrap();
+    list.iter().map(|x| x.as_f64().unwrap()).collect()
+}
+
+#[test]
+fn the_field_of_a_closed_surface_sums_to_its_euler_characteristic() {
+    let bench = Bench::with(&block_with_holes(1).subdivided());
+    for symmetry in [1, 2, 4] {
+        bench.succeed(&format!(
+            "field patch.obj -o out.json --symmetry {symmetry} --report report.json"
+        ));
+        let result = &bench.json("report.json")["result"];
+        assert_eq!(result["euler_characteristic"], 0);
+        let field = bench.json("out.json");
+        assert_eq!(field["symmetry"], symmetry);
+        let singularities = field["singularities"].as_array().unwrap();
+        let sum: f64 = singularities
+            .iter()
+            .map(|s| s["index"].as_f64().unwrap())
+            .sum();
+        assert!(sum.abs() < 1e-9, "{sum}");
+        assert_eq!(result["singular"], field["singularities"]);
+    }
+}
+
+#[test]
+fn directions_go_by_the_vertices_of_the_file() {
+    // An unused vertex first: the surface numbers its vertices otherwise than the file.
+    let bench = Bench::new();
+    let mut text = String::from("v 7 7 7\n");
+    let disk = disk(4);
+    for p in &disk.positions {
+        text += &format!("v {} {} {}\n", p.x, p.y, p.z);
+    }
+    for [a, b, c] in &disk.triangles {
+        text += &format!("f {} {} {}\n", a + 2, b + 2, c + 2);
+    }
+    bench.write("patch.obj", &text);
+    bench.write(
+        "guides.json",
+        r#"[{"vertex": 1, "direction": [3, 4, 1], "weight": null}]"#,
+    );
+    bench.succeed("field patch.obj -o out.json --guide guides.json --boundary free --symmetry 2");
+    let field = bench.json("out.json");
+    let directions = field["directions"].as_array().unwrap();
+    assert_eq!(directions.len(), disk.positions.len() + 1);
+    assert!(directions[0].is_null() && field["normals"][0].is_null());
+    for direction in &directions[1..] {
+        let d = numbers(direction);
+        assert!((d[0] * 4.0 - d[1] * 3.0).abs() < 1e-2, "{d:?}");
+    }
+}
+
+#[test]
+fn guides_of_polygons_and_soft_ones_are_followed() {
+    let bench = Bench::with(&disk(4));
+    bench.write(
+        "guides.json",
+        r#"[{"face": 3, "direction": [1, 1, 0], "weight": 50}]"#,
+    );
+    bench.succeed("field patch.obj -o out.json --guide guides.json --boundary free --symmetry 2");
+    for direction in bench.json("out.json")["directions"].as_array().unwrap() {
+        let d = numbers(direction);
+        assert!((d[0] - d[1]).abs() < 1e-2, "{d:?}");
+    }
+}
+
+#[test]
+fn guides_that_fit_nothing_are_refused_by_number() {
+    let bench = Bench::with(&disk(3));
+    for (guides, word) in [
+        ("[{\"vertex\": 99, \"direction\": [1, 0, 0]}]", "vertex 99"),
+        ("[{\"face\": 99, \"direction\": [1, 0, 0]}]", "face 99"),
+        ("[{\"face\": 0, \"direction\": [0, 0, 1]}]", "guide 0"),
+        ("[{\"vertex\": 0, \"direction\": [0, 0, 0]}]", "guide 0"),
+        (
+            "[{\"vertex\": 0, \"direction\": [1, 0, 0], \"weight\": -1}]",
+            "guide 0",
+        ),
+        ("[{\"direction\": [1, 0, 0]}]", "guide 0"),
+        (
+            "[{\"vertex\": 0, \"face\": 0, \"direction\": [1, 0, 0]}]",
+            "guide 0",
+        ),
+        ("[{\"vertex\": 0, \"direction\": [1, 0]}]", "guides.json"),
+        (
+            "[{\"vertex\": 0, \"direction\": [1, 0, 0], \"wieght\": 1}]",
+            "wieght",
+        ),
+        ("nonsense", "guides.json"),
+    ] {
+        bench.write("guides.json", guides);
+        let fact = bench.refuse(1, "field patch.obj -o out.json --guide guides.json");
+        assert!(fact.contains(word), "{guides}: {fact}");
+    }
+    let fact = bench.refuse(1, "field patch.obj -o out.json --guide missing.json");
+    assert!(fact.contains("missing.json"), "{fact}");
+}
+
+#[test]
+fn wrong_arguments_are_told_before_any_work() {
+    let bench = Bench::new();
+    for words in [
+        "-o out.stl",
+        "-o out",
+        "-o - --json",
+        "-o no/out.json",
+        "-o out.json --report out.json",
+    ] {
+        bench.refuse(2, &format!("field missing.obj {words}"));
+    }
+    for words in [
+        "--symmetry 3",
+        "--smoothing 1",
+        "--feature-angle 0",
+        "--cancel -1",
+        "--curl-range 2",
+        "--curl-correction --curl-range 0.5",
+    ] {
+        let run = bench.run(&format!("field missing.obj -o out.json {words}"));
+        assert_eq!(run.code, 2, "{words}: {}", run.stderr);
+    }
+}
+
+#[test]
+fn curl_is_corrected_and_drawn() {
+    let bench = Bench::with(&annulus(0.3, 1.0, 48, 10));
+    bench.succeed(
+        "field patch.obj -o out.json --curl-correction --curl-range 8 --picture field.png \
+         --report report.json",
+    );
+    let curl = &bench.json("report.json")["result"]["curl"];
+    let figure = |key: &str| curl[key].as_f64().unwrap();
+    assert!(figure("curl_after") < 0.2 * figure("curl_before"), "{curl}");
+    let scale = numbers(&bench.json("out.json")["scale"]);
+    // The radii of a ring diverge like the radius.
+    let positions = annulus(0.3, 1.0, 48, 10).positions;
+    let products: Vec<f64> = positions
+        .iter()
+        .zip(&scale)
+        .map(|(p, v)| p.length() * v)
+        .collect();
+    for product in &products {
+        assert!((product / products[0] - 1.0).abs() < 0.1, "{product}");
+    }
+    assert!(has_content(&bench.path("field.png")));
+    bench.succeed("field patch.obj -o out.json --picture field.svg");
+    assert!(bench.read("field.svg").starts_with("<svg"));
+}
+
+#[test]
+fn lines_are_written_over_the_mesh() {
+    let bench = Bench::with(&disk(3));
+    let vertices = disk(3).positions.len();
+    let triangles = disk(3).triangles.len();
+    for (symmetry, lines) in [(1, 1), (2, 1), (4, 2)] {
+        bench.succeed(&format!("field patch.obj -o out.obj --symmetry {symmetry}"));
+        let out = bench.read("out.obj");
+        let count = |key: &str| out.lines().filter(|line| line.starts_with(key)).count();
+        assert_eq!(count("l "), lines * vertices);
+        assert_eq!(count("f "), triangles);
+    }
+}
+
+#[test]
+fn lines_of_the_file_are_followed() {
+    // A square of four triangles round vertex 5, with a line along a diagonal.
+    let square = "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nv 1 1 0\n\
+        f 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n";
+    let bench = Bench::new();
+    bench.write("plain.obj", square);
+    bench.write("lined.obj", &format!("{square}l 1 5 3\nl 1 3\n"));
+    let along = |name: &str| {
+        let run = bench.succeed(&format!(
+            "field {name}.obj -o out.json --report report.json"
+        ));
+        let d = numbers(&bench.json("out.json")["directions"][4]);
+        (d[0].abs().max(d[1].abs()), run.stderr)
+    };
+    assert!((along("plain").0 - 1.0).abs() < 1e-6);
+    let (cosine, told) = along("lined");
+    assert!((cosine - 0.5_f64.sqrt()).abs() < 1e-6, "{cosine}");
+    assert!(told.contains("no edge"), "{told}");
+    assert_eq!(bench.json("report.json")["result"]["feature_edges"], 2);
+}
+
+#[test]
+fn a_box_keeps_its_edges_and_a_field_can_go_to_standard_output() {
+    let bench = Bench::with(&cube().subdivided().subdivided());
+    let run = bench.succeed("field patch.obj -o - --report report.json");
+    let field: Value = serde_json::from_str(&run.stdout).unwrap();
+    assert_eq!(field["singularities"].as_array().unwrap().len(), 8);
+    assert!(run.stderr.contains("8 of +0.25"), "{}", run.stderr);
+    let result = &bench.json("report.json")["result"];
+    assert_eq!(result["feature_edges"], 48);
+    assert_eq!(result["fixed_vertices"], 36);
+    bench.succeed("field patch.obj -o out.json --feature-angle 180 --report report.json");
+    assert_eq!(bench.json("report.json")["result"]["feature_edges"], 0);
+}
+
+#[test]
+fn threads_change_no_byte_and_the_seed_decides_where_nothing_guides() {
+    let bench = Bench::with(&icosphere(3));
+    let field = |options: &str| {
+        bench.succeed(&format!(
+            "field patch.obj -o out.json --curvature-radius 0 {options}"
+        ));
+        bench.read("out.json")
+    };
+    assert_eq!(field("--threads 1"), field("--threads 2"));
+    assert_ne!(field("--seed 1"), field("--seed 2"));
+}
