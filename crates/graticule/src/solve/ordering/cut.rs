@@ -21,24 +21,22 @@ const POOR_CUT: f64 = 6.0;
 pub(super) fn choose_cut(graph: &Graph, point: impl Fn(u32) -> DVec3) -> Vec<Side> {
     let vertices = 0..graph.vertices() as u32;
     let root = graph.vertices().isqrt();
-    // A straight cut crosses a few times √n edges: a sample sees hundreds of them.
-    let stride = 1 + root / 200;
-    let sample: Vec<DVec3> = vertices.clone().step_by(stride).map(&point).collect();
+    let points: Vec<DVec3> = vertices.clone().map(&point).collect();
     let mut best: Option<(Cut, Vec<u16>)> = None;
-    for direction in directions(&sample) {
-        let slices = Slices::across(direction, &sample);
-        let bins: Vec<u16> = vertices.clone().map(|v| slices.bin(point(v))).collect();
-        best = better(best, best_cut(graph, stride, bins));
+    for direction in directions(&points) {
+        let slices = Slices::across(direction, &points);
+        let bins = points.iter().map(|&point| slices.bin(point)).collect();
+        best = better(best, best_cut(graph, bins));
     }
     if best
         .as_ref()
         .is_none_or(|(cut, _)| cut.crossing > POOR_CUT * root as f64)
     {
-        best = better(best, best_cut(graph, 1, bins_of_steps(graph)));
+        best = better(best, best_cut(graph, bins_of_steps(graph)));
     }
     match best {
         Some((cut, bins)) => bins.into_iter().map(|bin| cut.side(bin)).collect(),
-        None => halves_by_height(&vertices.map(point).collect::<Vec<_>>()),
+        None => halves_by_height(&points),
     }
 }
 
@@ -54,7 +52,7 @@ fn better<T>(best: Option<(Cut, T)>, other: Option<(Cut, T)>) -> Option<(Cut, T)
 struct Cut {
     /// First bin on the right.
     boundary: u16,
-    /// Edges across the cut, estimated where only a sample was looked at.
+    /// Edges across the cut.
     crossing: f64,
     /// What counts in the comparison of cuts.
     cost: f64,
@@ -171,21 +169,18 @@ fn steps_from(graph: &Graph, root: u32) -> (Vec<u32>, u32) {
     (steps, queue[queue.len() - 1])
 }
 
-/// The best boundary between bins that leaves enough on both sides, if there is one, judged by
-/// every `stride`-th vertex.
-fn best_cut(graph: &Graph, stride: usize, bins: Vec<u16>) -> Option<(Cut, Vec<u16>)> {
+/// The best boundary between bins that leaves enough on both sides, if there is one.
+fn best_cut(graph: &Graph, bins: Vec<u16>) -> Option<(Cut, Vec<u16>)> {
     let mut counts = [0_usize; BINS];
     // Edges that begin minus edges that end in each bin.
     let mut opened = [0_isize; BINS];
-    for (vertex, &bin) in (0..).zip(&bins).step_by(stride) {
+    for (vertex, &bin) in (0..).zip(&bins) {
         counts[usize::from(bin)] += 1;
-        for &neighbour in graph.neighbours(vertex) {
-            let other = bins[neighbour as usize];
-            if other > bin {
-                opened[usize::from(bin)] += 1;
-                opened[usize::from(other)] -= 1;
-            }
-        }
+        // Without branches: which of two neighbours is higher cannot be predicted.
+        let neighbours = graph.neighbours(vertex).iter();
+        let others = neighbours.map(|&neighbour| bins[neighbour as usize]);
+        let rises = others.map(|other| isize::from(other > bin) - isize::from(other < bin));
+        opened[usize::from(bin)] += rises.sum::<isize>();
     }
     let total: usize = counts.iter().sum();
     let (mut left, mut crossing) = (0, 0);
@@ -202,7 +197,7 @@ fn best_cut(graph: &Graph, stride: usize, bins: Vec<u16>) -> Option<(Cut, Vec<u1
         if best.as_ref().is_none_or(|least| cost < least.cost) {
             best = Some(Cut {
                 boundary: bin as u16 + 1,
-                crossing: crossing as f64 * stride as f64,
+                crossing: crossing as f64,
                 cost,
             });
         }

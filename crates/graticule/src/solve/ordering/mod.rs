@@ -11,8 +11,9 @@ mod separator;
 pub use graph::Graph;
 pub use placement::Placement;
 
-/// Below this many vertices minimum degree is at least as fast in all.
-const SMALLEST_DISSECTED: usize = 4_000;
+/// Below this many vertices minimum degree is at least as fast, ordering and one factorisation
+/// taken together.
+const SMALLEST_DISSECTED: usize = 60_000;
 
 /// An order of elimination, and its inverse.
 #[derive(Clone, Debug, PartialEq, Eq)]
