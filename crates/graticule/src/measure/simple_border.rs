@@ -111,7 +111,7 @@ fn in_order([a, b]: [DVec2; 2]) -> [DVec2; 2] {
 
 /// The order along any line.
 fn is_before(a: DVec2, b: DVec2) -> bool {
-    a.x < b.x || a.x == b.x && a.y < b.y
+    (a.x, a.y) < (b.x, b.y)
 }
 
 #[cfg(test)]
