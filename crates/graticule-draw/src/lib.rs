@@ -2,7 +2,7 @@
 //! SVG.
 //!
 //! A [`Picture`] is made of [`Panel`]s, each a list of [`Layer`]s seen by one [`Eye`].
-//! [`surface()`] and [`uv_layout`] make the usual panels; further layers (lines, dots, triangles)
+//! [`surface()`] and [`uv_layout()`] make the usual panels; further layers (lines, dots, triangles)
 //! can be put on top. Nothing here opens a file.
 //!
 //! ```

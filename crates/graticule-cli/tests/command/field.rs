@@ -1,5 +1,7 @@
 //! `graticule field`.
 
+use std::fmt::Write;
+
 use graticule_fixtures::{annulus, block_with_holes, cube, disk, icosphere};
 use serde_json::Value;
 
@@ -38,10 +40,10 @@ fn directions_go_by_the_vertices_of_the_file() {
     let mut text = String::from("v 7 7 7\n");
     let disk = disk(4);
     for p in &disk.positions {
-        text += &format!("v {} {} {}\n", p.x, p.y, p.z);
+        writeln!(text, "v {} {} {}", p.x, p.y, p.z).unwrap();
     }
     for [a, b, c] in &disk.triangles {
-        text += &format!("f {} {} {}\n", a + 2, b + 2, c + 2);
+        writeln!(text, "f {} {} {}", a + 2, b + 2, c + 2).unwrap();
     }
     bench.write("patch.obj", &text);
     bench.write(

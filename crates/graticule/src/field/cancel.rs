@@ -113,7 +113,7 @@ fn release_pairs(
         let corners = surface.mesh().triangle(singularity.face);
         let is_close = corners.iter().any(|&corner| {
             finder.find(corner, distance, DISK_VERTEX_LIMIT, &mut disk);
-            has_opposite(surface, &disk, &steps, singularity)
+            has_opposite(surface, &disk, &steps, *singularity)
         });
         for corner in corners.into_iter().filter(|_| is_close) {
             any = true;
@@ -140,7 +140,7 @@ fn has_opposite(
     surface: &Surface,
     disk: &[DiskVertex],
     steps: &PerFace<i32>,
-    singularity: &Singularity,
+    singularity: Singularity,
 ) -> bool {
     let faces = disk
         .iter()

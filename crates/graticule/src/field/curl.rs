@@ -262,9 +262,11 @@ fn clamp(scale: &mut PerVertex<f64>, range: Option<f64>) -> usize {
     let Some(range) = range else { return 0 };
     let mut clamped = 0;
     for value in scale.as_mut_slice() {
-        let inside = value.clamp(1.0 / range, range);
-        clamped += usize::from(inside != *value);
-        *value = inside;
+        let allowed = 1.0 / range..=range;
+        if !allowed.contains(value) {
+            clamped += 1;
+            *value = value.clamp(*allowed.start(), *allowed.end());
+        }
     }
     clamped
 }
@@ -316,9 +318,9 @@ mod tests {
     fn radii_of_a_ring_are_scaled_by_one_over_the_radius() {
         let found = corrected(annulus(0.25, 1.0, 96, 24), |p| p);
         assert!(
-            spread(&found, |p| p.length()) < 1.02,
+            spread(&found, DVec3::length) < 1.02,
             "{}",
-            spread(&found, |p| p.length())
+            spread(&found, DVec3::length)
         );
         let report = &found.1.report;
         assert!(report.curl_after < 0.05 * report.curl_before, "{report:?}");

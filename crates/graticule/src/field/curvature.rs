@@ -63,7 +63,7 @@ pub fn principal_curvatures(
     watch: &Watch,
 ) -> Result<PerVertex<PrincipalCurvature>, Stopped> {
     let _stage = watch.stage("curvature");
-    let estimator = Estimator::new(surface, triangulation, options);
+    let estimator = Estimator::new(surface, triangulation, *options);
     let count = surface.mesh().vertex_count();
     let chunks: Result<Vec<Vec<_>>, Stopped> = (0..count.div_ceil(CHUNK))
         .into_par_iter()
@@ -96,7 +96,7 @@ impl<'a> Estimator<'a> {
     fn new(
         surface: &'a Surface,
         triangulation: &'a IntrinsicTriangulation,
-        options: &CurvatureOptions,
+        options: CurvatureOptions,
     ) -> Self {
         let lengths = EdgeLengths::of(surface);
         let areas = vertex_areas(triangulation);
@@ -209,6 +209,7 @@ fn confidence(max: f64, min: f64, flat: f64) -> f64 {
 }
 
 #[cfg(test)]
+#[allow(clippy::float_cmp, reason = "exactness is what is tested")]
 mod tests {
     use super::*;
     use graticule_fixtures::{

@@ -98,7 +98,7 @@ impl System {
             match (self.fixed[i], self.fixed[j]) {
                 (Some(at_i), None) => side[self.places[j]] += edge.rotation.rotate(at_i) * weight,
                 (None, Some(at_j)) => {
-                    side[self.places[i]] += edge.conjugate().rotate(at_j) * weight
+                    side[self.places[i]] += edge.conjugate().rotate(at_j) * weight;
                 }
                 _ => {}
             }
@@ -248,8 +248,7 @@ fn factored(
 
 /// `|Ax - b| / (|A| |x| + |b|)` in largest entries and row sums.
 fn relative_residual(matrix: &HermitianMatrix, solution: &[c64], side: &[c64]) -> f64 {
-    let largest =
-        |values: &mut dyn Iterator<Item = c64>| values.map(|v| v.norm()).fold(0.0, f64::max);
+    let largest = |values: &mut dyn Iterator<Item = c64>| values.map(c64::norm).fold(0.0, f64::max);
     let product = matrix.multiply(solution);
     let rest = largest(&mut product.iter().zip(side).map(|(a, b)| a - b));
     let size = matrix.row_sum_norm() * largest(&mut solution.iter().copied())

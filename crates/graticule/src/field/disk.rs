@@ -134,6 +134,7 @@ impl PartialOrd for Near {
 }
 
 #[cfg(test)]
+#[allow(clippy::float_cmp, reason = "exactness is what is tested")]
 mod tests {
     use super::*;
     use graticule_fixtures::grid;

@@ -17,6 +17,10 @@ pub struct Singularity {
     pub steps: i32,
 }
 
+#[allow(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "the signature is serde's"
+)]
 fn face_number<S: serde::Serializer>(face: &FaceId, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_u32(face.0)
 }

@@ -150,6 +150,7 @@ fn smooth_from(
 }
 
 #[cfg(test)]
+#[allow(clippy::float_cmp, reason = "exactness is what is tested")]
 mod tests {
     use super::*;
     use crate::field::{CurvatureOptions, Singularities, Strength, Symmetry, principal_curvatures};

@@ -1,4 +1,5 @@
 //! [`cross_field`] as a whole.
+#![allow(clippy::float_cmp, reason = "exactness is what is tested")]
 
 use glam::{DMat3, DVec2, DVec3};
 use graticule_fixtures::{
@@ -154,7 +155,7 @@ fn mirrored_bump(cells: u32) -> Fixture {
     // The vertices of the column x = 0 are common, the others get a copy.
     let mut copies = Vec::new();
     for (number, &p) in half.positions.iter().enumerate() {
-        if number as u32 % columns == 0 {
+        if (number as u32).is_multiple_of(columns) {
             copies.push(number as u32);
         } else {
             copies.push(whole.positions.len() as u32);
