@@ -8,7 +8,7 @@ use crate::mesh::{PerVertex, Surface, VertexId};
 /// A direction, line or cross at each vertex.
 ///
 /// Each is held as one of its angles in the tangent plane of the vertex; see
-/// [`IntrinsicTriangulation`](crate::geometry::IntrinsicTriangulation) for where angles count from.
+/// [`IntrinsicTriangulation`] for where angles count from.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CrossField {
     symmetry: Symmetry,

@@ -1,7 +1,7 @@
 //! Direction, line and cross fields: from curvature, smoothed, held to boundaries, features and
 //! guides, with their singularities and the scale that takes their curl away.
 //!
-//! [`cross_field`] does it all; each of its steps is a function of its own.
+//! [`cross_field()`] does it all; each of its steps is a function of its own.
 //!
 //! ```
 //! use graticule::field::{FieldOptions, cross_field};

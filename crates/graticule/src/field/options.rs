@@ -5,7 +5,7 @@ use super::{
 };
 use crate::mesh::EdgeId;
 
-/// How [`cross_field`](super::cross_field) makes a field.
+/// How [`cross_field`](super::cross_field()) makes a field.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FieldOptions {
     /// The number of directions at each point.

@@ -77,7 +77,7 @@ pub struct FlatMap {
     /// How the map was made.
     pub method: Method,
     /// Relative residual of the equations solved, at most
-    /// [`LINEAR_RESIDUAL`](crate::tolerance::LINEAR_RESIDUAL).
+    /// [`LINEAR_RESIDUAL`].
     pub residual: f64,
     /// Triangles turned over or collapsed.
     pub flips: FlipCount,

@@ -10,7 +10,7 @@ pub const NO_VALUE: u32 = u32::MAX;
 /// What a mesh file holds: positions, polygons that index them, and attributes; nothing checked.
 ///
 /// Indices may be out of range, polygons may have fewer than three corners, positions may not be
-/// finite. [`Defects`](super::Defects) names what is wrong and [`repair`](super::repair) makes a
+/// finite. [`Defects`](super::Defects) names what is wrong and [`repair`](super::repair()) makes a
 /// [`Surface`] of it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PolygonSoup {

@@ -143,7 +143,7 @@ pub(super) fn reciprocal_power_of_two(largest: f64) -> f64 {
     }
 }
 
-/// The direction the polygon faces: its vector area [Newell], or where that vanishes (a figure of
+/// The direction the polygon faces: its vector area (Newell), or where that vanishes (a figure of
 /// eight) the normal of any three of its corners.
 fn facing(positions: &[DVec3]) -> Option<DVec3> {
     let origin = positions[0];
