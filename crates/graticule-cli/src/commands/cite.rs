@@ -1,7 +1,7 @@
 //! `graticule cite`: the papers behind the commands.
 
 use clap::{Args, ValueEnum};
-use graticule::papers::{DMA02, Paper};
+use graticule::papers::{DMA02, HG00, PGP06, Paper, SHE97, SS15, SSGH01};
 use serde::Serialize;
 use serde_json::json;
 
@@ -41,7 +41,14 @@ enum Style {
 }
 
 /// The papers whose methods each command runs.
-const PAPERS: [(&[Cited], Paper); 1] = [(&[Cited::Demo, Cited::Flatten], DMA02)];
+const PAPERS: [(&[Cited], Paper); 6] = [
+    (&[Cited::Demo, Cited::Flatten], DMA02),
+    (&[Cited::Demo, Cited::Measure], SSGH01),
+    (&[Cited::Demo, Cited::Measure], HG00),
+    (&[Cited::Demo, Cited::Measure], PGP06),
+    (&[Cited::Demo, Cited::Measure], SS15),
+    (&[Cited::Demo, Cited::Flatten, Cited::Measure], SHE97),
+];
 
 /// Prints the papers.
 pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {
