@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use graticule::mesh::{PolygonSoup, RepairChanges, RepairOptions, Repaired, repair};
+use graticule::mesh::{PolygonSoup, RepairChanges, RepairError, RepairOptions, Repaired, repair};
 use graticule_io::{Format, read_file};
 use serde_json::{Value, json};
 
@@ -45,7 +45,7 @@ impl Input {
         session: &Session,
     ) -> Result<Repaired, Failure> {
         repair(&self.soup, &options, &session.watch)
-            .map_err(|error| Failure::from(error).at(self.path.display()))
+            .map_err(|error| repair_failure(error).at(self.path.display()))
     }
 
     /// As [`repaired`](Self::repaired), for commands that were not asked to repair: what it does to
@@ -78,6 +78,18 @@ impl Input {
             "attributes": attributes_to_report(soup),
         })
     }
+}
+
+/// The failure, with the option that may avoid it as the hint.
+fn repair_failure(error: RepairError) -> Failure {
+    let option = match error {
+        RepairError::NonOrientable { .. } => "cut it open with --non-orientable cut",
+        RepairError::NonFinitePosition { .. } => {
+            "export the mesh again without NaN, or drop the polygons there with --non-finite drop"
+        }
+        other => return other.into(),
+    };
+    Failure::new(error.to_string(), option)
 }
 
 fn attributes_to_report(soup: &PolygonSoup) -> Value {

@@ -88,13 +88,20 @@ fn choose_set(input: &Input, options: &Options) -> Result<CornerAttribute<DVec2>
             .and_then(|number: usize| sets.get(number))
     };
     by_name.or_else(by_number).cloned().ok_or_else(|| {
-        let names: Vec<&str> = sets.iter().map(|set| set.name.as_str()).collect();
+        let name = |name: &str| {
+            if name.is_empty() {
+                "no name".into()
+            } else {
+                format!("'{name}'")
+            }
+        };
+        let names: Vec<String> = sets.iter().map(|set| name(&set.name)).collect();
         fault(
             format!("there is no set of texture coordinates '{wanted}'"),
             &format!(
-                "it has {}, counted from 0: '{}'",
+                "it has {}, from number 0 on: {}",
                 sets.len(),
-                names.join("', '")
+                names.join(", ")
             ),
         )
     })

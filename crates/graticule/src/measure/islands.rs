@@ -270,7 +270,8 @@ fn seam_length(map: &UvMap<'_>) -> f64 {
         twin.is_some_and(|twin| halfedge.0 < twin.0 && map.is_border(twin))
     };
     let seams = map.border().filter(is_seam);
-    seams.map(|halfedge| map.length_in_space(halfedge)).sum()
+    // From 0.0 on: the empty `sum` is -0.0.
+    seams.fold(0.0, |sum, halfedge| sum + map.length_in_space(halfedge))
 }
 
 /// The boundary loops of all islands, in the order of their smallest halfedge.

@@ -205,14 +205,15 @@ impl Defects {
             .filter(|&(&size, _)| size > 3)
             .collect();
         let count: usize = sizes.iter().map(|(_, count)| **count).sum();
-        let largest = sizes.last()?.0;
+        let (smallest, largest) = (sizes.first()?.0, sizes.last()?.0);
         Some(Finding {
             code: "polygons",
             severity: Severity::Note,
             count,
             message: match count {
                 1 => format!("1 polygon with {largest} corners"),
-                _ => format!("{count} polygons with 4 to {largest} corners"),
+                _ if smallest == largest => format!("{count} polygons with {largest} corners"),
+                _ => format!("{count} polygons with {smallest} to {largest} corners"),
             },
         })
     }
