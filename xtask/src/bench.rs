@@ -11,8 +11,6 @@ use std::process::Command;
 use std::time::Instant;
 
 use clap::Args;
-use faer::sparse::{SparseColMat, Triplet};
-use faer::{Par, Side};
 use graticule_fixtures::Fixture;
 use serde_json::Value;
 
@@ -48,15 +46,30 @@ struct Measurement {
 /// Measures every size and returns the tables as Markdown.
 pub(crate) fn run(root: &Path, options: &Options) -> Result<String, Trouble> {
     let program = crate::build_release(root)?;
+    crate::build(
+        root,
+        &["--package", "graticule", "--example", "unit_of_time"],
+    )?;
     let folder = tempfile::tempdir().map_err(|error| Trouble(error.to_string()))?;
     let mut measurements = Vec::new();
     for &size in &options.sizes {
-        let patch = patch(size);
+        let rings = rings(size);
+        let patch = graticule_fixtures::bumpy_patch(rings, 1);
         fs::write(folder.path().join("patch.obj"), obj(&patch))
             .map_err(|error| Trouble::reading(folder.path(), &error))?;
         let mut best: Option<Measurement> = None;
         for _ in 0..options.repeats.max(1) {
-            let measurement = measure(&program, folder.path(), &patch, options)?;
+            let unit = unit_of_time(root, rings)?;
+            let (total, report) = time_command(&program, folder.path(), options)?;
+            let measurement = Measurement {
+                vertices: patch.positions.len(),
+                unit,
+                total,
+                stages: outermost_stages(&report),
+                peak_mebibytes: report["peak_memory_bytes"]
+                    .as_u64()
+                    .map(|bytes| bytes >> 20),
+            };
             if best
                 .as_ref()
                 .is_none_or(|best| measurement.total < best.total)
@@ -70,13 +83,11 @@ pub(crate) fn run(root: &Path, options: &Options) -> Result<String, Trouble> {
     Ok(markdown(&measurements))
 }
 
-/// A bumpy patch, irregular and without symmetry, of about `vertices` vertices.
-fn patch(vertices: u32) -> Fixture {
+/// The rings of the bumpy patch, irregular and without symmetry, of about `vertices` vertices.
+fn rings(vertices: u32) -> u32 {
     // A disk of r rings has 3r² + 3r + 1 vertices.
-    let rings = (1..20_000)
-        .find(|r| 3 * r * r + 3 * r >= vertices)
-        .unwrap_or(1);
-    graticule_fixtures::bumpy_patch(rings, 1)
+    let found = (1..20_000).find(|r| 3 * r * r + 3 * r >= vertices);
+    found.unwrap_or(20_000)
 }
 
 fn obj(patch: &Fixture) -> String {
@@ -90,13 +101,8 @@ fn obj(patch: &Fixture) -> String {
     text
 }
 
-fn measure(
-    program: &Path,
-    folder: &Path,
-    patch: &Fixture,
-    options: &Options,
-) -> Result<Measurement, Trouble> {
-    let unit = unit_of_time(patch)?;
+/// Seconds of one run of the command, and its report.
+fn time_command(program: &Path, folder: &Path, options: &Options) -> Result<(f64, Value), Trouble> {
     let start = Instant::now();
     let output = Command::new(program)
         .args([
@@ -119,17 +125,8 @@ fn measure(
         return Err(Trouble(reason));
     }
     let report = crate::source::read(&folder.join("report.json"))?;
-    let report: Value =
-        serde_json::from_str(&report).map_err(|error| Trouble(error.to_string()))?;
-    Ok(Measurement {
-        vertices: patch.positions.len(),
-        unit,
-        total,
-        stages: outermost_stages(&report),
-        peak_mebibytes: report["peak_memory_bytes"]
-            .as_u64()
-            .map(|bytes| bytes >> 20),
-    })
+    let report = serde_json::from_str(&report).map_err(|error| Trouble(error.to_string()))?;
+    Ok((total, report))
 }
 
 fn outermost_stages(report: &Value) -> Vec<(String, f64)> {
@@ -143,41 +140,14 @@ fn outermost_stages(report: &Value) -> Vec<(String, f64)> {
         .collect()
 }
 
-/// Seconds of one L for this mesh.
-fn unit_of_time(patch: &Fixture) -> Result<f64, Trouble> {
-    let laplacian = laplacian(patch)?;
-    faer::set_global_parallelism(Par::Seq);
-    let start = Instant::now();
-    let factors = laplacian.sp_cholesky(Side::Lower);
-    let seconds = start.elapsed().as_secs_f64();
-    factors
-        .map(|_| seconds)
-        .map_err(|error| Trouble(format!("L could not be measured: {error:?}")))
-}
-
-/// The cotangent Laplacian plus 1e-6 on the diagonal, which makes it positive definite.
-fn laplacian(patch: &Fixture) -> Result<SparseColMat<usize, f64>, Trouble> {
-    let mut triplets = Vec::with_capacity(12 * patch.triangles.len());
-    for triangle in &patch.triangles {
-        let vertices = triangle.map(|vertex| vertex as usize);
-        let [a, b, c] = vertices.map(|vertex| patch.positions[vertex]);
-        let double_area = (b - a).cross(c - a).length();
-        let sides = [(b - a, c - a), (c - b, a - b), (a - c, b - c)];
-        for (corner, (one, other)) in sides.into_iter().enumerate() {
-            let weight = one.dot(other) / double_area / 2.0;
-            let [i, j] = [vertices[(corner + 1) % 3], vertices[(corner + 2) % 3]];
-            triplets.extend([
-                Triplet::new(i, i, weight),
-                Triplet::new(j, j, weight),
-                Triplet::new(i, j, -weight),
-                Triplet::new(j, i, -weight),
-            ]);
-        }
-    }
-    let count = patch.positions.len();
-    triplets.extend((0..count).map(|vertex| Triplet::new(vertex, vertex, 1e-6)));
-    SparseColMat::try_new_from_triplets(count, count, &triplets)
-        .map_err(|error| Trouble(format!("L could not be measured: {error:?}")))
+/// Seconds of one L for the bumpy patch of so many rings.
+fn unit_of_time(root: &Path, rings: u32) -> Result<f64, Trouble> {
+    let program = crate::target_folder(root).join("release/examples/unit_of_time");
+    let output = Command::new(&program).arg(rings.to_string()).output();
+    let output = output.map_err(|error| Trouble::reading(&program, &error))?;
+    let text = String::from_utf8_lossy(&output.stdout);
+    let seconds = text.trim().parse();
+    seconds.map_err(|_| Trouble("L could not be measured".into()))
 }
 
 fn markdown(measurements: &[Measurement]) -> String {

@@ -79,14 +79,24 @@ fn workspace_root() -> PathBuf {
 
 /// Builds the command with the release profile and returns its path.
 fn build_release(root: &Path) -> Result<PathBuf, Trouble> {
+    build(root, &["--package", "graticule-cli"])?;
+    Ok(target_folder(root).join("release/graticule"))
+}
+
+/// Builds with the release profile.
+fn build(root: &Path, what: &[&str]) -> Result<(), Trouble> {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let status = Command::new(cargo)
-        .args(["build", "--release", "--package", "graticule-cli"])
+        .args(["build", "--release"])
+        .args(what)
         .current_dir(root)
         .status();
     match status {
-        Ok(status) if status.success() => Ok(target_folder(root).join("release/graticule")),
-        Ok(status) => Err(Trouble(format!("the command could not be built: {status}"))),
+        Ok(status) if status.success() => Ok(()),
+        Ok(status) => Err(Trouble(format!(
+            "{} could not be built: {status}",
+            what.join(" ")
+        ))),
         Err(error) => Err(Trouble(format!("cargo could not be started: {error}"))),
     }
 }
