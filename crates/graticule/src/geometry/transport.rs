@@ -112,7 +112,7 @@ impl TangentFrame {
 }
 
 /// A frame at each vertex: the angle-weighted normal, and the x axis along the projection of
-/// [`vertex_halfedge`](crate::mesh::TriangleMesh::vertex_halfedge), which is where the directions of
+/// [`vertex_halfedge`](crate::mesh::CornerTable::vertex_halfedge), which is where the directions of
 /// an [`IntrinsicTriangulation`] of the surface are counted from.
 ///
 /// Where a vertex has no normal, or the edge runs along it, any frame that fits is taken.

@@ -5,6 +5,7 @@
 //! connectivity with positions.
 
 mod coincidence;
+mod corner_table;
 mod defects;
 mod disjoint_sets;
 mod element;
@@ -24,6 +25,7 @@ mod topology;
 mod triangle_mesh;
 mod usable;
 
+pub use corner_table::CornerTable;
 pub use defects::{Defects, Finding, Severity};
 pub use element::{Element, PerComponent, PerCorner, PerEdge, PerElement, PerFace, PerVertex};
 pub use error::MeshError;
