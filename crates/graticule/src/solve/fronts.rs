@@ -16,7 +16,7 @@ use faer::sparse::linalg::cholesky::SymbolicCholeskyRaw;
 use faer::sparse::linalg::cholesky::supernodal::SymbolicSupernodalCholesky;
 use faer::{Accum, MatMut, MatRef, Par, Spec};
 
-use super::cholesky::zeros;
+use super::memory::zeros;
 use super::solution::largest;
 use super::{SolveError, SparseMatrix, Symbolic};
 use crate::tolerance;

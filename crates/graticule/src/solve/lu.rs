@@ -8,9 +8,9 @@ use faer::sparse::linalg::lu::simplicial;
 use faer::sparse::linalg::{LuError, SupernodalThreshold, colamd};
 use faer::{Conj, MatMut, Par};
 
-use super::cholesky::memory;
 use super::fronts::{FrontError, FrontalLu, has_grown};
 use super::ldlt::scale_columns;
+use super::memory::memory;
 use super::solution::{Factored, Solution, power_of_two, solve_checked};
 use super::{Ordering, SolveError, SparseMatrix, Symbolic, SymmetricMatrix};
 use crate::tolerance;
