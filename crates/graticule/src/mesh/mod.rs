@@ -19,6 +19,7 @@ mod point_tree;
 mod polygon;
 mod repair;
 mod seams;
+mod sentence;
 mod soup;
 mod surface;
 mod topology;
