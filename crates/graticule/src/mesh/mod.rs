@@ -22,6 +22,8 @@ mod seams;
 mod sentence;
 mod soup;
 mod surface;
+#[cfg(test)]
+mod test_soups;
 mod topology;
 mod triangle_mesh;
 mod usable;
