@@ -18,9 +18,6 @@ use crate::tolerance;
 /// Refinement steps allowed: exchanging rows within blocks only may cost some digits.
 const REFINEMENTS: usize = 4;
 
-/// Factors may grow to this before rows are exchanged without restriction: half of all digits.
-const GROWTH_LIMIT: f64 = 1e8;
-
 /// The elimination of matrices of one pattern, planned.
 #[derive(Debug)]
 pub struct LuSymbolic {
@@ -107,7 +104,9 @@ impl Lu {
         let (scaled, row_scales, column_scales) = equilibrated(matrix)?;
         let permuted = permuted(&scaled, &symbolic.ordering)?;
         let factors = match FrontalLu::factor(&symbolic.symmetric, &permuted) {
-            Ok(factors) if !has_grown(&factors, GROWTH_LIMIT) => Factors::Frontal(factors),
+            Ok(factors) if !has_grown(&factors, tolerance::FACTOR_GROWTH) => {
+                Factors::Frontal(factors)
+            }
             Ok(_) | Err(FrontError::WeakPivot) => {
                 Factors::General(Box::new(GeneralLu::factor(&scaled)?))
             }
