@@ -44,6 +44,14 @@ pub const DEGENERATE_HEIGHT: f64 = 1e-10;
 /// than 1e-10 of the longest side of the worst triangle.
 pub const MOLLIFICATION_MARGIN: f64 = 1e-10;
 
+/// Longest side over the mean edge below which a triangle is mollified as if it were this large,
+/// lest the product of its lengths underflow. No sensible model has such triangles.
+pub const SMALLEST_TRIANGLE: f64 = DEGENERATE_HEIGHT * DEGENERATE_HEIGHT;
+
+/// Part of an edge at right angles to a vertex normal, over the edge's length, up to which the edge
+/// gives no direction in the tangent plane: half the digits of the edge are left.
+pub const TANGENT_SLANT: f64 = 1e-8;
+
 /// An edge is flipped only if the sine of the sum of the angles opposite to it is below minus this.
 ///
 /// Sines are known to a few 1e-16 at best; without the margin, four points on a circle could be
@@ -81,6 +89,15 @@ pub const REFINED_RESIDUAL: f64 = 1e-14;
 /// is zero; pivots of definite systems of needle triangles stay above 1e-12.
 pub const SINGULAR_PIVOT: f64 = 1e-13;
 
+/// Entries to which the factors of a scaled matrix may grow before rows are exchanged without
+/// restriction: half of all digits.
+pub const FACTOR_GROWTH: f64 = 1e8;
+
+/// Shift of an eigenvalue problem, relative to the ratio of its two matrices' norms: large enough to
+/// make the shifted matrix definite in spite of rounding, small against any eigenvalue that a mesh
+/// can resolve.
+pub const EIGENVALUE_SHIFT: f64 = 1e-9;
+
 /// Pivots below this are replaced in the regularised factorisation of an indefinite matrix whose
 /// largest entries are near one: rounding errors of such a factorisation.
 pub const REGULARISED_PIVOT: f64 = 1e-12;
@@ -116,11 +133,19 @@ pub const CORNER_WINDOW: f64 = 1.0 / 40.0;
 /// Half a turn: a rectangle's hold a whole one, any four stretches of a circle a tenth of it.
 pub const CORNER_TURNING: f64 = std::f64::consts::PI;
 
+/// Width over height that a rectangle may have, and the inverse of the least one: a thousand times
+/// more than any patch is drawn with, while areas and squares of lengths keep their digits.
+pub const LARGEST_ASPECT: f64 = 1e6;
+
 /// A correction smaller than this share of the solution ends the refinement.
 ///
 /// Corrections shrink by the condition number times rounding, so that the next one would be far
 /// below the 1e-10 to which maps are compared.
 pub const REFINED: f64 = 1e-11;
+
+/// Share of the last correction above which the next one is no progress: refinement that does not
+/// halve its correction is at the end of its digits.
+pub const REFINEMENT_GAIN: f64 = 0.5;
 
 /// A last correction larger than this share of the solution says that the solution is not
 /// determined: it is made of rounding errors.
