@@ -191,3 +191,18 @@ pub const GUIDE_SLANT: f64 = 1e-6;
 /// Rounding of the turns along a boundary of a million edges stays below 1e-9; the smallest real
 /// miss is a quarter.
 pub const INDEX_ROUNDING: f64 = 1e-6;
+
+/// Width of the interval of λ at which the search for the best combination of two maps ends.
+///
+/// A minimum is flat: values differ by the square of this, which is rounding.
+pub const SEARCHED_LAMBDA: f64 = 1e-8;
+
+/// Share of the way to the first collapse of a triangle that a step of a descent may go.
+///
+/// Short of it by far more than rounding, so that no triangle flips; the next step may go on.
+pub const FLIP_MARGIN: f64 = 0.9;
+
+/// Relative gain of a step below which a descent counts as resting.
+///
+/// What is left to gain is of the same size: no picture shows it.
+pub const DESCENT_AT_REST: f64 = 1e-6;

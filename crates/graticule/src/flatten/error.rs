@@ -4,6 +4,8 @@ use crate::mesh::{MeshError, VertexId};
 use crate::solve::SolveError;
 use crate::watch::Stopped;
 
+use super::Functional;
+
 /// Why a patch could not be flattened.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FlattenError {
@@ -43,6 +45,20 @@ pub enum FlattenError {
         /// Places given.
         given: usize,
     },
+    /// Factors of the two intrinsic energies that make no mix.
+    #[error("the mix λ = {lambda}, μ = {mu} is none: both must be finite, and one not zero")]
+    BadMix {
+        /// Factor of the conformal energy.
+        lambda: f64,
+        /// Factor of the authalic energy.
+        mu: f64,
+    },
+    /// A functional that is infinite on collapsed triangles has no finite value to begin with.
+    #[error("{functional:?} is infinite on every map tried: triangles are flipped or collapsed")]
+    NoFiniteValue {
+        /// The functional.
+        functional: Functional,
+    },
     /// The solution lies on a line or in a point.
     #[error("the map collapses: it has an area of {area:e} of its energy")]
     Collapsed {
@@ -79,6 +95,8 @@ impl Hint for FlattenError {
                 "name two different vertices of the patch, or let the pins be chosen"
             }
             Self::PinDistance { .. } => "give the pins finite places apart from each other",
+            Self::BadMix { .. } => "λ = 1, μ = 0 is conformal, λ = 0, μ = 1 authalic",
+            Self::NoFiniteValue { .. } => "use edge lengths or areas, or weights that flip nothing",
             Self::OtherBoundary { .. } => "make a new system for these vertices",
             Self::Undetermined { .. } | Self::Collapsed { .. } => {
                 "choose other pins, or use the spectral method"

@@ -34,28 +34,40 @@
 //! [DMA02]: crate::papers::DMA02
 
 mod boundary;
+mod boundary_optimal;
 mod conformal;
 mod corners;
 mod curve;
 mod diameter;
 mod domain;
 mod energy;
+mod equations;
 mod error;
 mod fixed;
 mod flat_map;
+mod functional;
 mod lanczos;
+mod limited_memory;
 mod natural;
+mod optimal;
 mod patch;
+mod polynomial;
 mod spectral;
 
 pub use boundary::{BoundaryError, BoundaryPositions};
+pub use boundary_optimal::{
+    BoundaryOptimalMap, BoundaryOptimalOptions, DescentStep, boundary_optimal_map,
+};
 pub use conformal::Triangulation;
 pub use corners::Corners;
 pub use curve::{BoundaryCurve, boundary_on_curve};
 pub use energy::MapEnergy;
+pub use equations::{Mix, Weights};
 pub use error::FlattenError;
-pub use fixed::{FixedOptions, FixedSystem, Holes, Weights, fixed_map};
+pub use fixed::{FixedOptions, FixedSystem, Holes, fixed_map};
 pub use flat_map::{FlatMap, FlipCount, Method};
+pub use functional::Functional;
 pub use natural::{NaturalOptions, Pins, natural_map};
+pub use optimal::{LambdaValue, NearOptimalMap, NearOptimalOptions, near_optimal_map};
 pub use patch::{NotAPatch, Patch};
 pub use spectral::spectral_map;

@@ -2,6 +2,7 @@
 
 mod fixed;
 mod free;
+mod intrinsic;
 mod least_squares;
 mod paper;
 mod support;
