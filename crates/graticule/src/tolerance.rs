@@ -191,3 +191,10 @@ pub const GUIDE_SLANT: f64 = 1e-6;
 /// Rounding of the turns along a boundary of a million edges stays below 1e-9; the smallest real
 /// miss is a quarter.
 pub const INDEX_ROUNDING: f64 = 1e-6;
+
+/// What the coordinates of a net may differ by between two triangles before they are made equal, in
+/// line spacings.
+///
+/// Solvers leave 1e-9 of coordinates up to 1e4; a wrong transition misses by a good part of a line
+/// spacing.
+pub const GRID_AGREEMENT: f64 = 1e-4;
