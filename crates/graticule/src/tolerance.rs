@@ -206,3 +206,10 @@ pub const FLIP_MARGIN: f64 = 0.9;
 ///
 /// What is left to gain is of the same size: no picture shows it.
 pub const DESCENT_AT_REST: f64 = 1e-6;
+
+/// What the coordinates of a net may differ by between two triangles before they are made equal, in
+/// line spacings.
+///
+/// Solvers leave 1e-9 of coordinates up to 1e4; a wrong transition misses by a good part of a line
+/// spacing.
+pub const GRID_AGREEMENT: f64 = 1e-4;

@@ -20,6 +20,7 @@ mod repair;
 mod seams;
 mod soup;
 mod surface;
+mod surface_point;
 mod topology;
 mod triangle_mesh;
 mod usable;
@@ -35,5 +36,6 @@ pub use repair::{
 };
 pub use soup::{Attributes, CornerAttribute, NO_VALUE, PolygonLabels, PolygonSoup, Polygons};
 pub use surface::Surface;
+pub use surface_point::SurfacePoint;
 pub use topology::{ComponentTopology, PerBoundaryLoop, Submesh, Topology, extract_component};
 pub use triangle_mesh::TriangleMesh;
