@@ -213,3 +213,14 @@ pub const DESCENT_AT_REST: f64 = 1e-6;
 /// Solvers leave 1e-9 of coordinates up to 1e4; a wrong transition misses by a good part of a line
 /// spacing.
 pub const GRID_AGREEMENT: f64 = 1e-4;
+
+/// What the sum of barycentric coordinates may miss 1 by: they are often typed with a few digits.
+pub const BARYCENTRIC_SUM: f64 = 1e-6;
+
+/// What told turning angles may miss a full turn by, in radians: typed degrees with a few digits.
+pub const ANGLE_SUM: f64 = 1e-6;
+
+/// Share of its length below which closing a curve does not shorten an edge.
+///
+/// Shorter ones would crowd the triangles behind them; negative ones would fold the boundary.
+pub const LEAST_CLOSING_SHARE: f64 = 0.1;

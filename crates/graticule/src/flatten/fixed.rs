@@ -244,7 +244,7 @@ pub(super) fn open_holes(patch: &Patch, boundary: &BoundaryPositions) -> Vec<Bou
 }
 
 /// The placed vertices, ascending, and their places.
-fn sorted(boundary: &BoundaryPositions) -> (Vec<VertexId>, Vec<DVec2>) {
+pub(super) fn sorted(boundary: &BoundaryPositions) -> (Vec<VertexId>, Vec<DVec2>) {
     let mut places = boundary.places().to_vec();
     places.sort_unstable_by_key(|&(vertex, _)| vertex);
     places.into_iter().unzip()
