@@ -22,6 +22,7 @@ use super::equations::index_pairs;
 use super::fixed::Extended;
 use super::functional::Measured;
 use super::limited_memory::LimitedMemory;
+use super::optimal::in_own_unit;
 use super::{
     BoundaryPositions, FixedOptions, FixedSystem, FlatMap, FlattenError, Functional, MapEnergy,
     Method, Patch,
@@ -74,6 +75,8 @@ pub struct DescentStep {
 pub struct BoundaryOptimalMap {
     /// The map.
     pub map: FlatMap,
+    /// The map at the start, in the surface's unit of length.
+    pub start: PerVertex<DVec2>,
     /// The functional from the start to the end; it falls with each step.
     pub history: Vec<DescentStep>,
     /// Whether the descent came to rest, rather than to the last step allowed.
@@ -109,6 +112,7 @@ pub fn boundary_optimal_map(
     let system = FixedSystem::new(patch, start, &options.fixed, watch)?;
     let extended = system.extended(&system.unit_places(start)?)?;
     let mut descent = Descent::new(&system, extended, options.functional, watch)?;
+    let beginning = in_own_unit(patch, &descent.state.positions);
     let at_rest = {
         let _stage = watch.stage("descend");
         descent.run(options.most_steps, watch)?
@@ -124,6 +128,7 @@ pub fn boundary_optimal_map(
     map.method = Method::BoundaryOptimal;
     Ok(BoundaryOptimalMap {
         map,
+        start: beginning,
         history: descent.history,
         at_rest,
         left_out: descent.left_out,

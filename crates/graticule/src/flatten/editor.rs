@@ -13,6 +13,7 @@ use crate::Hint;
 use crate::mesh::{PerVertex, VertexId};
 use crate::watch::Watch;
 
+use super::optimal::in_own_unit;
 use super::{BoundaryPositions, FixedOptions, FixedSystem, FlatMap, FlattenError, Patch};
 
 /// Responses computed in one go: their solves share the passes over the factor.
@@ -400,10 +401,6 @@ impl Response {
 
 /// The map for these places by a direct solve, in the surface's unit of length.
 fn solved(system: &FixedSystem, places: &[DVec2]) -> Result<PerVertex<DVec2>, FlattenError> {
-    let unit = system.patch().unit_length();
     let positions = system.extended(places)?.positions;
-    let own = system.patch().mesh().vertex_count();
-    Ok(PerVertex::new(
-        positions[..own].iter().map(|p| *p * unit).collect(),
-    ))
+    Ok(in_own_unit(system.patch(), &positions))
 }

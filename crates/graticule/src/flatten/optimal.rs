@@ -4,6 +4,7 @@
 
 use glam::DVec2;
 
+use crate::mesh::PerVertex;
 use crate::tolerance::{ROUNDING, SEARCHED_LAMBDA};
 use crate::watch::Watch;
 
@@ -52,6 +53,8 @@ pub struct NearOptimalMap {
     pub candidates: Vec<LambdaValue>,
     /// The functional along λ, over the searched range, for pictures; infinite values left out.
     pub curve: Vec<LambdaValue>,
+    /// The conformal and the authalic map, in the surface's unit of length: every λ combines them.
+    pub bases: [PerVertex<DVec2>; 2],
     /// What both base maps were scaled by before they were measured: areas agree in total then.
     pub scale: f64,
 }
@@ -121,8 +124,15 @@ pub fn near_optimal_map(
         best,
         candidates,
         curve,
+        bases: [line.conformal, line.authalic].map(|positions| in_own_unit(patch, positions)),
         scale,
     })
+}
+
+/// Positions of the patch's vertices in its own unit of length.
+pub(super) fn in_own_unit(patch: &Patch, positions: &[DVec2]) -> PerVertex<DVec2> {
+    let own = &positions[..patch.mesh().vertex_count()];
+    PerVertex::new(own.iter().map(|p| *p * patch.unit_length()).collect())
 }
 
 /// The two base maps.
