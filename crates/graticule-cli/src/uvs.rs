@@ -36,10 +36,23 @@ pub(crate) fn put_into(
         return with_first_set(soup, uvs, corner_values);
     }
     let mesh = repaired.surface.mesh();
+    put_corners_into(soup, repaired, uvs, |corner| {
+        uv_of_vertex(mesh.origin(corner))
+    })
+}
+
+/// The same for a mesh whose polygons repair keeps, and coordinates told for each corner of the
+/// repaired surface.
+pub(crate) fn put_corners_into(
+    soup: PolygonSoup,
+    repaired: &Repaired,
+    uvs: &PerVertex<DVec2>,
+    uv_of_corner: impl Fn(HalfedgeId) -> u32,
+) -> PolygonSoup {
     let corners = repaired.mesh_corners(&soup).into_iter();
     let corner_values = corners.map(|corner| match corner {
         NO_VALUE => NO_VALUE,
-        corner => uv_of_vertex(mesh.origin(HalfedgeId(corner))),
+        corner => uv_of_corner(HalfedgeId(corner)),
     });
     let corner_values = corner_values.collect();
     with_first_set(soup, uvs, corner_values)

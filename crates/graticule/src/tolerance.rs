@@ -216,3 +216,36 @@ pub const GUIDE_SLANT: f64 = 1e-6;
 /// Rounding of the turns along a boundary of a million edges stays below 1e-9; the smallest real
 /// miss is a quarter.
 pub const INDEX_ROUNDING: f64 = 1e-6;
+
+/// Width of the interval of λ at which the search for the best combination of two maps ends.
+///
+/// A minimum is flat: values differ by the square of this, which is rounding.
+pub const SEARCHED_LAMBDA: f64 = 1e-8;
+
+/// Share of the way to the first collapse of a triangle that a step of a descent may go.
+///
+/// Short of it by far more than rounding, so that no triangle flips; the next step may go on.
+pub const FLIP_MARGIN: f64 = 0.9;
+
+/// Relative gain of a step below which a descent counts as resting.
+///
+/// What is left to gain is of the same size: no picture shows it.
+pub const DESCENT_AT_REST: f64 = 1e-6;
+
+/// What the coordinates of a net may differ by between two triangles before they are made equal, in
+/// line spacings.
+///
+/// Solvers leave 1e-9 of coordinates up to 1e4; a wrong transition misses by a good part of a line
+/// spacing.
+pub const GRID_AGREEMENT: f64 = 1e-4;
+
+/// What the sum of barycentric coordinates may miss 1 by: they are often typed with a few digits.
+pub const BARYCENTRIC_SUM: f64 = 1e-6;
+
+/// What told turning angles may miss a full turn by, in radians: typed degrees with a few digits.
+pub const ANGLE_SUM: f64 = 1e-6;
+
+/// Share of its length below which closing a curve does not shorten an edge.
+///
+/// Shorter ones would crowd the triangles behind them; negative ones would fold the boundary.
+pub const LEAST_CLOSING_SHARE: f64 = 0.1;

@@ -3,7 +3,7 @@
 use glam::DVec2;
 
 use crate::Hint;
-use crate::mesh::{Element, VertexId};
+use crate::mesh::{Element, PerVertex, VertexId};
 use crate::watch::Stopped;
 
 use super::Patch;
@@ -113,6 +113,15 @@ impl BoundaryPositions {
             places,
             flip_free: false,
         })
+    }
+
+    /// The outer loop where a map has it; holes are left to themselves.
+    ///
+    /// # Errors
+    /// [`BoundaryError::NonFinite`].
+    pub fn of_map(patch: &Patch, uv: &PerVertex<DVec2>) -> Result<Self, BoundaryError> {
+        let outer = patch.loop_vertices(patch.outer_loop());
+        Self::new(patch, outer.map(|vertex| (vertex, uv[vertex])))
     }
 
     /// Places of the outer loop along a curve; `flip_free` if each part of the patch that the loop

@@ -1,8 +1,10 @@
 use crate::Hint;
 use crate::geometry::GeometryError;
-use crate::mesh::{MeshError, VertexId};
+use crate::mesh::{FaceId, MeshError, VertexId};
 use crate::solve::SolveError;
 use crate::watch::Stopped;
+
+use super::{Functional, NotAPatch};
 
 /// Why a patch could not be flattened.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -43,6 +45,75 @@ pub enum FlattenError {
         /// Places given.
         given: usize,
     },
+    /// Factors of the two intrinsic energies that make no mix.
+    #[error("the mix λ = {lambda}, μ = {mu} is none: both must be finite, and one not zero")]
+    BadMix {
+        /// Factor of the conformal energy.
+        lambda: f64,
+        /// Factor of the authalic energy.
+        mu: f64,
+    },
+    /// A constraint names no point of the patch, or no place, or no weight.
+    #[error("constraint {constraint}: {reason}")]
+    BadPoint {
+        /// The constraint, counted from 0.
+        constraint: usize,
+        /// What is wrong with it.
+        reason: PatchPointError,
+    },
+    /// A hard constraint contradicts the ones before it or the boundary.
+    #[error(
+        "constraint {constraint} contradicts the ones before it or the boundary: with them its \
+         point lies {distance:e} beside its place"
+    )]
+    ContradictoryConstraint {
+        /// The constraint, counted from 0.
+        constraint: usize,
+        /// How far apart the two places are along one coordinate.
+        distance: f64,
+    },
+    /// Nothing fixes rotation and scale of a natural map.
+    #[error("{different} different points have places; a natural map needs two")]
+    TooFewConstraints {
+        /// Constraints that do not follow from others.
+        different: usize,
+    },
+    /// No line over the surface joins two points.
+    #[error("no plane section of the patch leads from a point of {from} to one of {to}")]
+    NoLine {
+        /// Triangle of the first point.
+        from: FaceId,
+        /// Triangle of the second point.
+        to: FaceId,
+    },
+    /// A vertex cannot be told a scale, a turning angle or a cone, or not this one.
+    #[error("{vertex} {reason}")]
+    BadTarget {
+        /// The vertex.
+        vertex: VertexId,
+        /// What is wrong.
+        reason: &'static str,
+    },
+    /// All turning angles are told and do not make the turn that the cones leave.
+    #[error("the turning angles sum to {told} radians; with these cones they must to {needed}")]
+    AngleSum {
+        /// Their sum.
+        told: f64,
+        /// What it has to be.
+        needed: f64,
+    },
+    /// No lengths close a curve with these turning angles.
+    #[error("no boundary lengths close a curve with these turning angles")]
+    Unclosable,
+    /// A patch cut open is none.
+    #[error(transparent)]
+    Patch(#[from] NotAPatch),
+    /// A functional that is infinite on collapsed triangles has no finite value to begin with.
+    #[error("{functional:?} is infinite on every map tried: triangles are flipped or collapsed")]
+    NoFiniteValue {
+        /// The functional.
+        functional: Functional,
+    },
     /// The solution lies on a line or in a point.
     #[error("the map collapses: it has an area of {area:e} of its energy")]
     Collapsed {
@@ -79,6 +150,23 @@ impl Hint for FlattenError {
                 "name two different vertices of the patch, or let the pins be chosen"
             }
             Self::PinDistance { .. } => "give the pins finite places apart from each other",
+            Self::BadMix { .. } => "λ = 1, μ = 0 is conformal, λ = 0, μ = 1 authalic",
+            Self::BadTarget { .. } => {
+                "tell scales and angles to vertices of the outer boundary, cones to inner ones"
+            }
+            Self::AngleSum { .. } => "leave some angles untold: they share the rest",
+            Self::Unclosable => "tell smaller turning angles, or none",
+            Self::Patch(error) => return error.hint(),
+            Self::BadPoint { .. } => {
+                "give a triangle of the patch, weights of its corners with the sum 1, and a \
+                 finite place"
+            }
+            Self::ContradictoryConstraint { .. } => {
+                "remove this constraint, make it soft, or give it a place that agrees"
+            }
+            Self::TooFewConstraints { .. } => "give places to two different points at least",
+            Self::NoLine { .. } => "constrain single points along the line instead",
+            Self::NoFiniteValue { .. } => "use edge lengths or areas, or weights that flip nothing",
             Self::OtherBoundary { .. } => "make a new system for these vertices",
             Self::Undetermined { .. } | Self::Collapsed { .. } => {
                 "choose other pins, or use the spectral method"
@@ -90,4 +178,35 @@ impl Hint for FlattenError {
         };
         Some(text.into())
     }
+}
+
+/// What is wrong with a constrained point.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum PatchPointError {
+    /// There is no such triangle.
+    #[error("{face} was named; the patch has {faces} triangles, counted from 0")]
+    NoSuchTriangle {
+        /// The triangle.
+        face: FaceId,
+        /// Triangles of the patch.
+        faces: usize,
+    },
+    /// The weights of the corners have another sum than 1.
+    #[error("{barycentric:?} are no barycentric coordinates")]
+    NotBarycentric {
+        /// The weights.
+        barycentric: [f64; 3],
+    },
+    /// The place is not finite.
+    #[error("its place is ({}, {})", .place[0], .place[1])]
+    NonFinitePlace {
+        /// The place.
+        place: [f64; 2],
+    },
+    /// The weight of a soft constraint is not positive.
+    #[error("its weight is {weight}")]
+    BadWeight {
+        /// The weight.
+        weight: f64,
+    },
 }

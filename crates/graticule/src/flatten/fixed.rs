@@ -1,44 +1,18 @@
-//! Maps with a given boundary: [DMA02] §4.1 with μ = 0, and the same system with other weights.
+//! Maps with a given boundary: [DMA02] §4.1, and the same system with other weights.
 //!
 //! [DMA02]: crate::papers::DMA02
 
-use faer::c64;
 use glam::DVec2;
 
-use crate::geometry::{DirectedWeights, EdgeWeights, mean_value_weights, uniform_weights};
 use crate::mesh::{BoundaryLoopId, Element, VertexId};
-use crate::solve::{
-    DirichletLu, DirichletSystem, Placement, Solution, SolveError, SparseMatrix, SymmetricMatrix,
-};
+use crate::solve::{Solution, SolveError};
 use crate::watch::Watch;
 
 use super::domain::Domain;
 use super::energy::complex;
+use super::equations::{Equations, Factor};
 use super::flat_map::MapDraft;
-use super::{BoundaryPositions, FlatMap, FlattenError, Method, Patch};
-
-/// How much each neighbour counts in the mean that a vertex is.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Weights {
-    /// The discrete conformal map ([DMA02] Eq. 4), on the patch's own triangles. Weights opposite
-    /// to obtuse angles may be negative; then triangles may flip.
-    ///
-    /// [DMA02]: crate::papers::DMA02
-    #[default]
-    Cotangent,
-    /// The discrete conformal map on the intrinsic Delaunay triangulation of the same surface. No
-    /// weight inside is negative: on a circle none of *its* triangles flips, except that what lies
-    /// between two of its edges with the same ends (the tip of a thin spike) collapses onto them.
-    /// Triangles of the patch that it does not share may flip, and on the straight side of a
-    /// rectangle some of its own may collapse.
-    DelaunayCotangent,
-    /// Mean value weights (M. Floater, *Mean value coordinates*, 2003): all positive, and a flat
-    /// patch is its own map.
-    MeanValue,
-    /// The same weight for all neighbours (W. T. Tutte, *How to draw a graph*, 1963): knows nothing
-    /// of shapes.
-    Uniform,
-}
+use super::{BoundaryPositions, FlatMap, FlattenError, Method, Patch, Weights};
 
 /// What becomes of holes that were given no places.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -54,7 +28,7 @@ pub enum Holes {
 }
 
 /// How a map with fixed boundary is made.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FixedOptions {
     /// The weights.
     pub weights: Weights,
@@ -68,8 +42,8 @@ pub struct FixedOptions {
 /// Holes whose vertices all have places are fixed there; see [`Holes`] for the others. A patch
 /// without interior vertices is decided by its boundary; a warning (`no-interior`) says so.
 ///
-/// Cost: one sparse factorisation of the mesh's size; LU for mean value weights, which are not
-/// symmetric, and about three times as dear.
+/// Cost: one sparse factorisation of the mesh's size; LU for mean value and authalic weights, which
+/// are not symmetric, and about three times as dear.
 ///
 /// # Errors
 /// [`FlattenError`].
@@ -88,8 +62,8 @@ pub fn fixed_map(
 /// The equations of a map with fixed boundary, factored: for one set of fixed vertices, the map for
 /// any places of theirs costs two triangular solves.
 #[derive(Debug)]
-pub struct FixedSystem<'a> {
-    patch: &'a Patch,
+pub struct FixedSystem {
+    patch: Patch,
     domain: Domain,
     /// Ascending.
     fixed: Vec<VertexId>,
@@ -98,14 +72,14 @@ pub struct FixedSystem<'a> {
     flip_free_on_convex: bool,
 }
 
-impl<'a> FixedSystem<'a> {
+impl FixedSystem {
     /// Assembles and factors the equations for the vertices that `boundary` places; the places
     /// themselves do not matter yet.
     ///
     /// # Errors
     /// [`FlattenError`].
     pub fn new(
-        patch: &'a Patch,
+        patch: &Patch,
         boundary: &BoundaryPositions,
         options: &FixedOptions,
         watch: &Watch,
@@ -128,7 +102,7 @@ impl<'a> FixedSystem<'a> {
         let factor = equations.factor(&fixed, &domain)?;
         drop(stage);
         Ok(Self {
-            patch,
+            patch: patch.clone(),
             domain,
             fixed,
             factor,
@@ -146,6 +120,32 @@ impl<'a> FixedSystem<'a> {
         boundary: &BoundaryPositions,
         watch: &Watch,
     ) -> Result<FlatMap, FlattenError> {
+        let places = self.unit_places(boundary)?;
+        let extended = {
+            let _stage = watch.stage("solve");
+            self.extended(&places)?
+        };
+        let flip_free = boundary.is_flip_free();
+        self.finished(&extended, flip_free, watch)
+    }
+
+    /// The patch.
+    #[must_use]
+    pub fn patch(&self) -> &Patch {
+        &self.patch
+    }
+
+    /// The vertices whose places decide the map, ascending.
+    #[must_use]
+    pub fn fixed(&self) -> &[VertexId] {
+        &self.fixed
+    }
+
+    /// The places in unit lengths, in the order of [`fixed`](Self::fixed).
+    pub(super) fn unit_places(
+        &self,
+        boundary: &BoundaryPositions,
+    ) -> Result<Vec<DVec2>, FlattenError> {
         let (vertices, places) = sorted(boundary);
         if vertices != self.fixed {
             return Err(FlattenError::OtherBoundary {
@@ -153,49 +153,88 @@ impl<'a> FixedSystem<'a> {
                 given: vertices.len(),
             });
         }
-        let stage = watch.stage("solve");
-        // Places far from the origin would cost the differences between them their digits.
         let unit = self.patch.unit_length();
+        Ok(places.into_iter().map(|place| place / unit).collect())
+    }
+
+    /// The positions of all vertices of the domain, in unit lengths, cones of closed holes last.
+    pub(super) fn extended(&self, places: &[DVec2]) -> Result<Extended, SolveError> {
+        // Places far from the origin would cost the differences between them their digits.
         let middle = places.iter().sum::<DVec2>() / places.len() as f64;
-        let us = places.iter().map(|place| (place.x - middle.x) / unit);
-        let vs = places.iter().map(|place| (place.y - middle.y) / unit);
+        let us = places.iter().map(|place| place.x - middle.x);
+        let vs = places.iter().map(|place| place.y - middle.y);
         let solution = self.factor.solve(&us.chain(vs).collect::<Vec<f64>>())?;
         let (us, vs) = solution.values.split_at(self.domain.mesh.vertex_count());
-        let moved = middle / unit;
         let values = us.iter().zip(vs);
-        let mut positions: Vec<_> = values
-            .map(|(&u, &v)| c64::new(u + moved.x, v + moved.y))
-            .collect();
-        for (vertex, place) in vertices.iter().zip(&places) {
-            positions[vertex.index()] = complex(*place / unit);
+        let mut positions: Vec<_> = values.map(|(&u, &v)| DVec2::new(u, v) + middle).collect();
+        for (vertex, place) in self.fixed.iter().zip(places) {
+            positions[vertex.index()] = *place;
         }
-        drop(stage);
+        Ok(Extended {
+            positions,
+            residual: solution.residual,
+        })
+    }
+
+    /// The impulse response of each of these fixed vertices, given by their places in
+    /// [`fixed`](Self::fixed): what one unit of a coordinate of it adds to that coordinate of every
+    /// vertex of the domain. One column after the other ([DMA02] §4.2).
+    ///
+    /// [DMA02]: crate::papers::DMA02
+    pub(super) fn impulse_responses(&self, handles: &[usize]) -> Result<Solution, SolveError> {
+        let mut impulses = vec![0.0; handles.len() * self.fixed.len()];
+        for (column, &handle) in handles.iter().enumerate() {
+            impulses[column * self.fixed.len() + handle] = 1.0;
+        }
+        self.factor.solve(&impulses)
+    }
+
+    /// The gradient of a function by the places of the fixed vertices, from its gradient by the
+    /// positions of the patch's vertices: one solve with the transposed matrix.
+    pub(super) fn pull_back(&self, gradient: &[DVec2]) -> Result<Vec<DVec2>, SolveError> {
+        let order = self.domain.mesh.vertex_count();
+        let mut columns = vec![0.0; 2 * order];
+        for (vertex, gradient) in gradient.iter().enumerate() {
+            columns[vertex] = gradient.x;
+            columns[order + vertex] = gradient.y;
+        }
+        let pulled = self.factor.pull_back(&columns)?.values;
+        let (us, vs) = pulled.split_at(self.fixed.len());
+        let pairs = us.iter().zip(vs);
+        Ok(pairs.map(|(&u, &v)| DVec2::new(u, v)).collect())
+    }
+
+    /// Checks and measures positions of the domain's vertices.
+    pub(super) fn finished(
+        &self,
+        extended: &Extended,
+        flip_free_outline: bool,
+        watch: &Watch,
+    ) -> Result<FlatMap, FlattenError> {
+        let mut positions: Vec<_> = extended.positions.iter().map(|p| complex(*p)).collect();
         let intrinsic_flips = self.domain.intrinsic_flips(&positions);
         positions.truncate(self.patch.mesh().vertex_count());
         let draft = MapDraft {
             positions,
             method: self.method,
-            residual: solution.residual,
-            flip_free_in_theory: self.flip_free_on_convex && boundary.is_flip_free(),
+            residual: extended.residual,
+            flip_free_in_theory: self.flip_free_on_convex && flip_free_outline,
             intrinsic_flips,
         };
-        draft.finish(self.patch, watch)
+        draft.finish(&self.patch, watch)
     }
 }
 
-impl Weights {
-    fn method(self) -> Method {
-        match self {
-            Self::Cotangent => Method::FixedConformal,
-            Self::DelaunayCotangent => Method::FixedConformalDelaunay,
-            Self::MeanValue => Method::FixedMeanValue,
-            Self::Uniform => Method::FixedUniform,
-        }
-    }
+/// Positions of all vertices of the domain, in unit lengths, and the relative residual of the
+/// equations that they solve.
+#[derive(Clone, Debug)]
+pub(super) struct Extended {
+    pub(super) positions: Vec<DVec2>,
+    pub(super) residual: f64,
 }
 
 /// Holes that have a vertex without a place.
-fn open_holes(patch: &Patch, boundary: &BoundaryPositions) -> Vec<BoundaryLoopId> {
+pub(super) fn open_holes(patch: &Patch, boundary: &BoundaryPositions) -> Vec<BoundaryLoopId> {
     let mut placed = vec![false; patch.mesh().vertex_count()];
     for (vertex, _) in boundary.places() {
         placed[vertex.index()] = true;
@@ -205,93 +244,8 @@ fn open_holes(patch: &Patch, boundary: &BoundaryPositions) -> Vec<BoundaryLoopId
 }
 
 /// The placed vertices, ascending, and their places.
-fn sorted(boundary: &BoundaryPositions) -> (Vec<VertexId>, Vec<DVec2>) {
+pub(super) fn sorted(boundary: &BoundaryPositions) -> (Vec<VertexId>, Vec<DVec2>) {
     let mut places = boundary.places().to_vec();
     places.sort_unstable_by_key(|&(vertex, _)| vertex);
     places.into_iter().unzip()
-}
-
-/// For each vertex: the sum over its neighbours of weights times differences is zero.
-enum Equations {
-    Symmetric(EdgeWeights),
-    Directed(DirectedWeights),
-}
-
-impl Equations {
-    fn new(domain: &mut Domain, weights: Weights, watch: &Watch) -> Result<Self, FlattenError> {
-        let _stage = watch.stage("weights");
-        match weights {
-            Weights::Uniform => return Ok(Self::Symmetric(uniform_weights(&domain.mesh))),
-            Weights::DelaunayCotangent => domain.make_delaunay(watch)?,
-            Weights::Cotangent | Weights::MeanValue => domain.mollify(watch),
-        }
-        Ok(match weights {
-            Weights::MeanValue => Self::Directed(mean_value_weights(&domain.triangulation())?),
-            _ => Self::Symmetric(domain.cotangent_weights()?),
-        })
-    }
-
-    /// Whether every weight in the equation of a free vertex is above 0.
-    fn are_positive(&self, fixed: &[VertexId]) -> bool {
-        let is_fixed = |vertex: &VertexId| fixed.binary_search(vertex).is_ok();
-        match self {
-            Self::Symmetric(edges) => {
-                let mut pairs = edges.ends.iter().zip(&edges.weights);
-                pairs.all(|(ends, &weight)| weight > 0.0 || ends.iter().all(is_fixed))
-            }
-            Self::Directed(rows) => {
-                let mut vertices = (0..rows.vertex_count()).map(VertexId::from_index);
-                vertices.all(|v| is_fixed(&v) || rows.weights(v).iter().all(|&w| w > 0.0))
-            }
-        }
-    }
-
-    fn factor(&self, fixed: &[VertexId], domain: &Domain) -> Result<Factor, SolveError> {
-        let placement = Placement::at(&domain.coordinates);
-        let fixed: Vec<usize> = fixed.iter().map(|vertex| vertex.index()).collect();
-        let order = domain.mesh.vertex_count();
-        match self {
-            Self::Symmetric(edges) => {
-                let pairs = edges.ends.iter().zip(&edges.weights);
-                let pairs = pairs.map(|(ends, &weight)| (ends.map(Element::index), weight));
-                let matrix = SymmetricMatrix::laplacian(order, pairs)?;
-                let system = DirichletSystem::new(&matrix, &fixed, placement)?;
-                Ok(Factor::Symmetric(Box::new(system)))
-            }
-            Self::Directed(rows) => {
-                let matrix = SparseMatrix::from_triplets(order, order, laplacian(rows))?;
-                let system = DirichletLu::new(&matrix, &fixed, placement)?;
-                Ok(Factor::General(Box::new(system)))
-            }
-        }
-    }
-}
-
-/// The entries of the matrix `L` with `(L u)ᵢ = Σⱼ wᵢⱼ (uᵢ - uⱼ)`.
-fn laplacian(rows: &DirectedWeights) -> impl Iterator<Item = (usize, usize, f64)> + '_ {
-    let vertices = (0..rows.vertex_count()).map(VertexId::from_index);
-    vertices.flat_map(move |i| {
-        let row = rows.neighbors(i).iter().zip(rows.weights(i));
-        row.flat_map(move |(j, &weight)| {
-            [
-                (i.index(), i.index(), weight),
-                (i.index(), j.index(), -weight),
-            ]
-        })
-    })
-}
-
-#[derive(Debug)]
-enum Factor {
-    Symmetric(Box<DirichletSystem>),
-    General(Box<DirichletLu>),
-}
-
-impl Factor {
-    fn solve(&self, fixed_values: &[f64]) -> Result<Solution, SolveError> {
-        match self {
-            Self::Symmetric(system) => system.solve(fixed_values),
-            Self::General(system) => system.solve(fixed_values),
-        }
-    }
 }

@@ -22,6 +22,10 @@ pub enum Method {
     /// [`fixed_map`](super::fixed_map) with cotangent weights of the intrinsic Delaunay
     /// triangulation.
     FixedConformalDelaunay,
+    /// [`fixed_map`](super::fixed_map) with authalic weights.
+    FixedAuthalic,
+    /// [`fixed_map`](super::fixed_map) with a mix of conformal and authalic weights.
+    FixedMix,
     /// [`fixed_map`](super::fixed_map) with mean value weights.
     FixedMeanValue,
     /// [`fixed_map`](super::fixed_map) with uniform weights.
@@ -30,6 +34,12 @@ pub enum Method {
     NaturalConformal,
     /// [`spectral_map`](super::spectral_map).
     SpectralConformal,
+    /// [`near_optimal_map`](super::near_optimal_map).
+    NearOptimal,
+    /// [`boundary_optimal_map`](super::boundary_optimal_map).
+    BoundaryOptimal,
+    /// [`target_map`](super::target_map).
+    BoundaryTarget,
 }
 
 /// Triangles of a map that are not laid down as they should be. Exact: the signs are those of the

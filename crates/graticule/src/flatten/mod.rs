@@ -34,28 +34,51 @@
 //! [DMA02]: crate::papers::DMA02
 
 mod boundary;
+mod boundary_optimal;
 mod conformal;
+mod constraints;
 mod corners;
 mod curve;
 mod diameter;
 mod domain;
+mod editor;
 mod energy;
+mod equations;
 mod error;
 mod fixed;
 mod flat_map;
+mod functional;
 mod lanczos;
+mod limited_memory;
 mod natural;
+mod optimal;
 mod patch;
+mod polynomial;
+mod seam;
 mod spectral;
+mod surface_line;
+mod target;
 
 pub use boundary::{BoundaryError, BoundaryPositions};
+pub use boundary_optimal::{
+    BoundaryOptimalMap, BoundaryOptimalOptions, DescentStep, boundary_optimal_map,
+};
 pub use conformal::Triangulation;
+pub use constraints::{
+    ConstrainedMap, PointConstraint, Strength, constrained_fixed_map, constrained_natural_map,
+};
 pub use corners::Corners;
 pub use curve::{BoundaryCurve, boundary_on_curve};
+pub use editor::{BoundaryEditor, EditError, EditorOptions};
 pub use energy::MapEnergy;
-pub use error::FlattenError;
-pub use fixed::{FixedOptions, FixedSystem, Holes, Weights, fixed_map};
+pub use equations::{Mix, Weights};
+pub use error::{FlattenError, PatchPointError};
+pub use fixed::{FixedOptions, FixedSystem, Holes, fixed_map};
 pub use flat_map::{FlatMap, FlipCount, Method};
+pub use functional::Functional;
 pub use natural::{NaturalOptions, Pins, natural_map};
+pub use optimal::{LambdaValue, NearOptimalMap, NearOptimalOptions, near_optimal_map};
 pub use patch::{NotAPatch, Patch};
 pub use spectral::spectral_map;
+pub use surface_line::{line_constraints, surface_line};
+pub use target::{BoundaryTarget, Extension, TargetMap, TargetOptions, target_map};

@@ -1,5 +1,7 @@
 //! What can be flattened: one piece of surface, without handles, with a boundary.
 
+use std::sync::Arc;
+
 use crate::Hint;
 use crate::geometry::{TriangleShape, face_shapes, normalized, total_area};
 use crate::mesh::{
@@ -73,7 +75,7 @@ pub struct Patch {
     surface: Surface,
     unit: Surface,
     unit_length: f64,
-    shapes: PerFace<TriangleShape>,
+    shapes: Arc<PerFace<TriangleShape>>,
     unit_area: f64,
     outer_loop: BoundaryLoopId,
 }
@@ -99,7 +101,7 @@ impl Patch {
             unit_length: similarity.invert_length(1.0),
             surface,
             unit,
-            shapes,
+            shapes: Arc::new(shapes),
             unit_area,
             outer_loop,
         })

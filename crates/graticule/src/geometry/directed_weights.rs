@@ -84,6 +84,36 @@ pub fn authalic_weights(
     })
 }
 
+/// The weights of a mix of both intrinsic energies, λ E_A + μ E_χ of [`DMA02`] §3.4:
+/// `wᵢⱼ = λ (cot α + cot β) + μ ℓ² (cot γ + cot δ) / |ij|²`, α and β opposite to the edge, γ and δ
+/// at `j`.
+///
+/// ℓ² is the mean square of the edge lengths: both terms are numbers then, and one λ : μ means the
+/// same for every unit of length and for coarse and fine triangles.
+///
+/// Cost: linear.
+///
+/// # Errors
+/// [`GeometryError::DegenerateFace`] where a triangle has no area.
+///
+/// [`DMA02`]: crate::papers::DMA02
+pub fn intrinsic_weights(
+    triangulation: &IntrinsicTriangulation,
+    lambda: f64,
+    mu: f64,
+) -> Result<DirectedWeights, GeometryError> {
+    let lengths = triangulation.edges().map(|e| triangulation.edge_length(e));
+    let squares: f64 = lengths.map(|length| length * length).sum();
+    let mean_square = squares / triangulation.edge_count().max(1) as f64;
+    collect(triangulation, |shape, corner, side| {
+        let length = shape.length(side);
+        let opposite = 3 - corner.here - corner.there;
+        let conformal = lambda * shape.cotangent(opposite)?;
+        let authalic = mu * (shape.cotangent(corner.there)? / length / length) * mean_square;
+        Some(conformal + authalic)
+    })
+}
+
 /// The weight 1 for each neighbour, as a directed weight.
 #[must_use]
 pub fn uniform_directed_weights(mesh: &TriangleMesh) -> DirectedWeights {

@@ -46,7 +46,8 @@ mod weights;
 
 pub use delaunay::{DelaunayReport, intrinsic_delaunay};
 pub use directed_weights::{
-    DirectedWeights, authalic_weights, mean_value_weights, uniform_directed_weights,
+    DirectedWeights, authalic_weights, intrinsic_weights, mean_value_weights,
+    uniform_directed_weights,
 };
 pub use error::GeometryError;
 pub use gradient::{divergence, divergence_in_space, face_axes, gradients, gradients_in_space};

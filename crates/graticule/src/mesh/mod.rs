@@ -22,6 +22,7 @@ mod seams;
 mod sentence;
 mod soup;
 mod surface;
+mod surface_point;
 #[cfg(test)]
 mod test_soups;
 mod topology;
@@ -41,6 +42,7 @@ pub use repair::{
 };
 pub use soup::{Attributes, CornerAttribute, NO_VALUE, PolygonLabels, PolygonSoup, Polygons};
 pub use surface::Surface;
+pub use surface_point::SurfacePoint;
 pub(crate) use topology::find_components;
 pub use topology::{ComponentTopology, PerBoundaryLoop, Submesh, Topology, extract_component};
 pub use triangle_mesh::TriangleMesh;

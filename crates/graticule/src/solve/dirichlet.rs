@@ -79,6 +79,40 @@ impl Partition {
         Ok(right_sides)
     }
 
+    /// The entries of the free unknowns of each column.
+    fn of_free(&self, columns: &[f64]) -> Result<Vec<f64>, SolveError> {
+        count_columns(columns, self.places.len())?;
+        let columns = columns.chunks_exact(self.places.len().max(1));
+        let free = |column: &'_ [f64]| -> Vec<f64> {
+            let own = self.free.iter();
+            own.map(|&unknown| column[unknown as usize]).collect()
+        };
+        Ok(columns.flat_map(free).collect())
+    }
+
+    /// Gradients by the fixed values, from those by all unknowns and the adjoint solution.
+    fn pulled_back(
+        &self,
+        coupling: &SparseMatrix,
+        gradients: &[f64],
+        mut adjoint: Solution,
+    ) -> Solution {
+        let free = self.free.len();
+        let mut values = Vec::new();
+        for (column, gradient) in gradients.chunks_exact(self.places.len().max(1)).enumerate() {
+            let adjoint = &adjoint.values[column * free..][..free];
+            let through_free = coupling.multiply_transposed(adjoint);
+            let direct = self.fixed.iter().map(|&unknown| gradient[unknown as usize]);
+            values.extend(
+                direct
+                    .zip(through_free)
+                    .map(|(direct, through)| direct - through),
+            );
+        }
+        adjoint.values = values;
+        adjoint
+    }
+
     /// All unknowns of each column, from the fixed values and the solved free ones.
     fn merged(&self, fixed_values: &[f64], mut solved: Solution) -> Solution {
         let [free, fixed] = [self.free.len(), self.fixed.len()];
@@ -122,10 +156,20 @@ pub trait Factorization {
     /// [`SolveError::Inaccurate`], [`SolveError::NonFiniteRightSide`],
     /// [`SolveError::LengthMismatch`].
     fn solve(&self, right_sides: &[f64]) -> Result<Solution, SolveError>;
+
+    /// The same with the transpose of the matrix.
+    ///
+    /// # Errors
+    /// As [`solve`](Self::solve).
+    fn solve_transposed(&self, right_sides: &[f64]) -> Result<Solution, SolveError>;
 }
 
 impl Factorization for Cholesky {
     fn solve(&self, right_sides: &[f64]) -> Result<Solution, SolveError> {
+        Self::solve(self, right_sides)
+    }
+
+    fn solve_transposed(&self, right_sides: &[f64]) -> Result<Solution, SolveError> {
         Self::solve(self, right_sides)
     }
 }
@@ -133,6 +177,10 @@ impl Factorization for Cholesky {
 impl Factorization for Lu {
     fn solve(&self, right_sides: &[f64]) -> Result<Solution, SolveError> {
         Self::solve(self, right_sides)
+    }
+
+    fn solve_transposed(&self, right_sides: &[f64]) -> Result<Solution, SolveError> {
+        Self::solve_transposed(self, right_sides)
     }
 }
 
@@ -175,6 +223,21 @@ impl<F: Factorization> Eliminated<F> {
         let right_sides = self.partition.right_sides(&self.coupling, fixed, loads)?;
         let solved = self.factor.solve(&right_sides)?;
         Ok(self.partition.merged(fixed, solved))
+    }
+
+    /// The gradient with respect to the fixed values of a function of all unknowns, given its
+    /// gradient with respect to each unknown: one transposed solve for any number of fixed values.
+    ///
+    /// One or several columns; the result has one number per fixed unknown and column.
+    ///
+    /// # Errors
+    /// As [`Factorization::solve_transposed`].
+    pub fn pull_back(&self, gradients: &[f64]) -> Result<Solution, SolveError> {
+        let of_free = self.partition.of_free(gradients)?;
+        let adjoint = self.factor.solve_transposed(&of_free)?;
+        Ok(self
+            .partition
+            .pulled_back(&self.coupling, gradients, adjoint))
     }
 }
 
@@ -246,40 +309,6 @@ impl DirichletLu {
             partition,
             coupling,
         })
-    }
-
-    /// The gradient with respect to the fixed values of a function of all unknowns, given its
-    /// gradient with respect to each unknown: one transposed solve for any number of fixed values.
-    ///
-    /// One or several columns; the result has one number per fixed unknown and column.
-    ///
-    /// # Errors
-    /// As [`Lu::solve`].
-    pub fn pull_back(&self, gradients: &[f64]) -> Result<Solution, SolveError> {
-        let Partition {
-            free,
-            fixed,
-            places,
-        } = &self.partition;
-        let columns = count_columns(gradients, places.len())?;
-        let of_free: Vec<f64> = gradients
-            .chunks_exact(places.len().max(1))
-            .flat_map(|column| free.iter().map(|&unknown| column[unknown as usize]))
-            .collect();
-        let mut adjoint = self.factor.solve_transposed(&of_free)?;
-        let mut values = Vec::with_capacity(columns * fixed.len());
-        for (column, gradient) in gradients.chunks_exact(places.len().max(1)).enumerate() {
-            let adjoint = &adjoint.values[column * free.len()..][..free.len()];
-            let through_free = self.coupling.multiply_transposed(adjoint);
-            let direct = fixed.iter().map(|&unknown| gradient[unknown as usize]);
-            values.extend(
-                direct
-                    .zip(through_free)
-                    .map(|(direct, through)| direct - through),
-            );
-        }
-        adjoint.values = values;
-        Ok(adjoint)
     }
 }
 

@@ -6,6 +6,7 @@
 //! | the same with some unknowns given | [`DirichletSystem`] |
 //! | not symmetric (mean value, authalic) | [`Lu`], [`DirichletLu`]; transposed for adjoints |
 //! | a minimum under linear constraints | [`SaddleSystem`] |
+//! | equations that need not be symmetric, under linear constraints | [`BorderedSystem`] |
 //! | symmetric indefinite | [`Ldlt`] |
 //! | definite with a large diagonal, or known by its products only | [`conjugate_gradients`] |
 //! | the smallest eigenvector | [`smallest_eigenvector`] |
@@ -64,7 +65,7 @@ pub use lu::{Exchange, Lu, LuSymbolic};
 pub use ordering::{Graph, Ordering, Placement};
 pub use pattern::Pattern;
 pub use preconditioner::{Identity, IncompleteCholesky, Jacobi, Preconditioner};
-pub use saddle::{SaddleSolution, SaddleSystem};
+pub use saddle::{BorderedSystem, SaddleSolution, SaddleSystem};
 pub use solution::Solution;
 pub use sparse::{SparseMatrix, SymmetricMatrix};
 pub use symbolic::Symbolic;

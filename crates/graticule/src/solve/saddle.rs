@@ -2,7 +2,7 @@
 
 use super::constraints::Independence;
 use super::solution::{count_columns, power_of_two};
-use super::{Ldlt, Ordering, Placement, SolveError, SparseMatrix, Symbolic, SymmetricMatrix};
+use super::{Ldlt, Lu, Ordering, Placement, SolveError, SparseMatrix, Symbolic, SymmetricMatrix};
 
 /// Constraints with more coefficients than this do not shape the elimination order: no order
 /// could keep the unknowns that they join apart.
@@ -21,12 +21,7 @@ const LONGEST_LOCAL_CONSTRAINT: usize = 16;
 #[derive(Clone, Debug)]
 pub struct SaddleSystem {
     factor: Ldlt,
-    independence: Independence,
-    /// Numbers of the constraints in the system.
-    kept: Vec<usize>,
-    unknowns: usize,
-    /// The power of two by which `K` was divided; the constraints were by their own.
-    scale: f64,
+    border: Border,
 }
 
 /// What minimises under the constraints.
@@ -53,35 +48,22 @@ impl SaddleSystem {
         constraints: &SparseMatrix,
         placement: Placement<'_>,
     ) -> Result<Self, SolveError> {
-        let unknowns = matrix.order();
-        SolveError::check_length("constrained unknowns", constraints.columns(), unknowns)?;
-        let by_row = constraints.transpose();
-        let independence = Independence::of_columns(&by_row);
-        let kept: Vec<usize> = (0..constraints.rows())
-            .filter(|&row| independence.is_independent(row))
-            .collect();
-        let ordering = ordering(matrix, &by_row, &kept, placement)?;
-        let scale = power_of_two(matrix.lower().largest_entry());
-        let kept_rows = kept.iter().map(|&row| (row, independence.scales()[row]));
-        let whole = assembled((matrix, scale), &by_row, kept_rows)?;
-        let mut signs = vec![1; unknowns];
-        signs.resize(unknowns + kept.len(), -1);
+        let border = Border::new(matrix.lower(), constraints)?;
+        let ordering = border.ordering(matrix, placement)?;
+        let whole = SymmetricMatrix::from_triplets(border.order(), border.entries(matrix.lower()))?;
+        let mut signs = vec![1; border.unknowns];
+        signs.resize(border.order(), -1);
         let symbolic = Symbolic::new(&whole, &ordering)?;
         Ok(Self {
             factor: Ldlt::factor(&symbolic, &whole, Some(&signs))?,
-            independence,
-            kept,
-            unknowns,
-            scale,
+            border,
         })
     }
 
     /// Numbers of the constraints that follow from earlier ones and were left out.
     #[must_use]
     pub fn redundant(&self) -> Vec<usize> {
-        let all = 0..self.independence.rows();
-        all.filter(|&row| !self.independence.is_independent(row))
-            .collect()
+        self.border.redundant()
     }
 
     /// Solves for one or several right-hand sides: `loads` (`f`) has one number per unknown,
@@ -91,11 +73,166 @@ impl SaddleSystem {
     /// [`SolveError::ContradictoryConstraint`] and [`SolveError::EmptyConstraint`] name the
     /// constraint; otherwise as [`Ldlt::solve`].
     pub fn solve(&self, loads: &[f64], targets: &[f64]) -> Result<SaddleSolution, SolveError> {
+        let right_sides = self.border.right_sides(loads, targets)?;
+        let solved = self.factor.solve(&right_sides)?;
+        Ok(self.border.parted(&solved.values, solved.residual))
+    }
+}
+
+/// The system
+///
+/// ```text
+/// [ A  Bᵀ ] [ x ]   [ f ]
+/// [ B  0  ] [ λ ] = [ g ]
+/// ```
+///
+/// for an `A` that need not be symmetric: the equations `A x = f`, bent as much as the constraints
+/// `B x = g` ask for. Redundant constraints are left out, contradictory ones refused by number.
+#[derive(Clone, Debug)]
+pub struct BorderedSystem {
+    factor: Lu,
+    border: Border,
+}
+
+impl BorderedSystem {
+    /// Factors the system of `matrix` (`A`) and `constraints` (`B`, one row each).
+    ///
+    /// `placement` is that of the unknowns alone.
+    ///
+    /// # Errors
+    /// As [`SaddleSystem::new`].
+    pub fn new(
+        matrix: &SparseMatrix,
+        constraints: &SparseMatrix,
+        placement: Placement<'_>,
+    ) -> Result<Self, SolveError> {
+        SolveError::check_square(matrix.rows(), matrix.columns())?;
+        let border = Border::new(matrix, constraints)?;
+        let pattern = SymmetricMatrix::from_triplets(matrix.rows(), matrix.triplets())?;
+        let ordering = border.ordering(&pattern, placement)?;
+        let below = border.entries(matrix).skip(matrix.pattern().entries());
+        let mirrored = below.map(|(row, column, value)| (column, row, value));
+        let entries = border.entries(matrix).chain(mirrored);
+        let whole = SparseMatrix::from_triplets(border.order(), border.order(), entries)?;
+        Ok(Self {
+            factor: Lu::new(&whole, &ordering)?,
+            border,
+        })
+    }
+
+    /// Numbers of the constraints that follow from earlier ones and were left out.
+    #[must_use]
+    pub fn redundant(&self) -> Vec<usize> {
+        self.border.redundant()
+    }
+
+    /// Solves for one or several right-hand sides; as [`SaddleSystem::solve`].
+    ///
+    /// # Errors
+    /// As [`SaddleSystem::solve`].
+    pub fn solve(&self, loads: &[f64], targets: &[f64]) -> Result<SaddleSolution, SolveError> {
+        let right_sides = self.border.right_sides(loads, targets)?;
+        let solved = self.factor.solve(&right_sides)?;
+        Ok(self.border.parted(&solved.values, solved.residual))
+    }
+}
+
+/// The independent constraints that stand beside and below a matrix.
+#[derive(Clone, Debug)]
+struct Border {
+    by_row: SparseMatrix,
+    independence: Independence,
+    /// Numbers of the constraints in the system.
+    kept: Vec<usize>,
+    unknowns: usize,
+    /// The power of two by which the matrix is divided; the constraints are by their own.
+    scale: f64,
+}
+
+impl Border {
+    fn new(matrix: &SparseMatrix, constraints: &SparseMatrix) -> Result<Self, SolveError> {
+        let unknowns = matrix.rows();
+        SolveError::check_length("constrained unknowns", constraints.columns(), unknowns)?;
+        let by_row = constraints.transpose();
+        let independence = Independence::of_columns(&by_row);
+        let rows = 0..constraints.rows();
+        Ok(Self {
+            kept: rows
+                .filter(|&row| independence.is_independent(row))
+                .collect(),
+            by_row,
+            independence,
+            unknowns,
+            scale: power_of_two(matrix.largest_entry()),
+        })
+    }
+
+    fn order(&self) -> usize {
+        self.unknowns + self.kept.len()
+    }
+
+    fn redundant(&self) -> Vec<usize> {
+        let all = 0..self.independence.rows();
+        all.filter(|&row| !self.independence.is_independent(row))
+            .collect()
+    }
+
+    /// The entries of the matrix and of the rows below it, both divided by their scales: what is of
+    /// different kind comes to the same size.
+    fn entries<'a>(
+        &'a self,
+        matrix: &'a SparseMatrix,
+    ) -> impl Iterator<Item = (usize, usize, f64)> + 'a {
+        let rows = self.kept.iter().enumerate().flat_map(move |(place, &row)| {
+            let scale = self.independence.scales()[row];
+            let entries = self.by_row.column(row);
+            entries.map(move |(unknown, value)| (self.unknowns + place, unknown, value / scale))
+        });
+        let own = matrix.triplets();
+        own.map(move |(row, column, value)| (row, column, value / self.scale))
+            .chain(rows)
+    }
+
+    /// Unknowns by their placement, each constraint right after the last of its unknowns, so that
+    /// elimination has given it a pivot by then.
+    fn ordering(
+        &self,
+        matrix: &SymmetricMatrix,
+        placement: Placement<'_>,
+    ) -> Result<Ordering, SolveError> {
+        let local = self
+            .kept
+            .iter()
+            .map(|&row| self.by_row.pattern().column(row))
+            .filter(|unknowns| unknowns.len() <= LONGEST_LOCAL_CONSTRAINT);
+        let joined = local.flat_map(|unknowns| {
+            let others = |a: u32| unknowns.iter().map(move |&b| (a as usize, b as usize, 0.0));
+            unknowns.iter().flat_map(move |&a| others(a))
+        });
+        let pattern = matrix.lower().triplets().chain(joined);
+        let pattern = SymmetricMatrix::from_triplets(matrix.order(), pattern)?;
+        let of_unknowns = placement.ordering(pattern.lower().pattern())?;
+        let mut followers = vec![Vec::new(); matrix.order()];
+        for (place, &row) in self.kept.iter().enumerate() {
+            let places = self.by_row.pattern().column(row).iter();
+            let last = places
+                .map(|&unknown| of_unknowns.places()[unknown as usize])
+                .max();
+            // Independent constraints have at least one unknown.
+            followers[last.unwrap_or(0) as usize].push((matrix.order() + place) as u32);
+        }
+        let order = of_unknowns.order().iter().zip(followers);
+        let order = order.flat_map(|(&unknown, after)| std::iter::once(unknown).chain(after));
+        Ok(Ordering::from_permutation(order.collect()))
+    }
+
+    /// The right-hand sides of the whole system, if the targets agree with each other.
+    fn right_sides(&self, loads: &[f64], targets: &[f64]) -> Result<Vec<f64>, SolveError> {
         let columns = count_columns(loads, self.unknowns)?;
         let rows = self.independence.rows();
         SolveError::check_length("targets", targets.len(), columns * rows)?;
         count_columns(targets, rows)?;
-        let mut right_sides = Vec::with_capacity(columns * (self.unknowns + self.kept.len()));
+        let mut right_sides = Vec::with_capacity(columns * self.order());
         for column in 0..columns {
             let targets = &targets[column * rows..][..rows];
             self.independence.check_targets(targets)?;
@@ -104,13 +241,12 @@ impl SaddleSystem {
             let scales = self.independence.scales();
             right_sides.extend(self.kept.iter().map(|&row| targets[row] / scales[row]));
         }
-        let solved = self.factor.solve(&right_sides)?;
-        Ok(self.parted(&solved.values, solved.residual))
+        Ok(right_sides)
     }
 
     fn parted(&self, columns: &[f64], residual: f64) -> SaddleSolution {
         let (mut values, mut multipliers) = (Vec::new(), Vec::new());
-        for column in columns.chunks_exact((self.unknowns + self.kept.len()).max(1)) {
+        for column in columns.chunks_exact(self.order().max(1)) {
             let (own, of_kept) = column.split_at(self.unknowns);
             values.extend(own);
             let start = multipliers.len();
@@ -125,55 +261,4 @@ impl SaddleSystem {
             residual,
         }
     }
-}
-
-/// The whole matrix, `K` and each constraint divided by their scales: what is of different kind
-/// comes to the same size.
-fn assembled(
-    (matrix, scale): (&SymmetricMatrix, f64),
-    by_row: &SparseMatrix,
-    kept: impl ExactSizeIterator<Item = (usize, f64)>,
-) -> Result<SymmetricMatrix, SolveError> {
-    let unknowns = matrix.order();
-    let order = unknowns + kept.len();
-    let rows = kept.enumerate().flat_map(|(place, (row, scale))| {
-        let entries = by_row.column(row);
-        entries.map(move |(unknown, value)| (unknowns + place, unknown, value / scale))
-    });
-    let own = matrix.lower().triplets();
-    let own = own.map(|(row, column, value)| (row, column, value / scale));
-    SymmetricMatrix::from_triplets(order, own.chain(rows))
-}
-
-/// Unknowns by their placement, each constraint right after the last of its unknowns, so that
-/// elimination has given it a pivot by then.
-fn ordering(
-    matrix: &SymmetricMatrix,
-    by_row: &SparseMatrix,
-    kept: &[usize],
-    placement: Placement<'_>,
-) -> Result<Ordering, SolveError> {
-    let local = kept
-        .iter()
-        .map(|&row| by_row.pattern().column(row))
-        .filter(|unknowns| unknowns.len() <= LONGEST_LOCAL_CONSTRAINT);
-    let joined = local.flat_map(|unknowns| {
-        let others = |a: u32| unknowns.iter().map(move |&b| (a as usize, b as usize, 0.0));
-        unknowns.iter().flat_map(move |&a| others(a))
-    });
-    let pattern = matrix.lower().triplets().chain(joined);
-    let pattern = SymmetricMatrix::from_triplets(matrix.order(), pattern)?;
-    let of_unknowns = placement.ordering(pattern.lower().pattern())?;
-    let mut followers = vec![Vec::new(); matrix.order()];
-    for (place, &row) in kept.iter().enumerate() {
-        let places = by_row.pattern().column(row).iter();
-        let last = places
-            .map(|&unknown| of_unknowns.places()[unknown as usize])
-            .max();
-        // Independent constraints have at least one unknown.
-        followers[last.unwrap_or(0) as usize].push((matrix.order() + place) as u32);
-    }
-    let order = of_unknowns.order().iter().zip(followers);
-    let order = order.flat_map(|(&unknown, after)| std::iter::once(unknown).chain(after));
-    Ok(Ordering::from_permutation(order.collect()))
 }

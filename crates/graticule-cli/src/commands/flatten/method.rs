@@ -2,49 +2,304 @@
 
 use glam::DVec2;
 use graticule::flatten::{
-    BoundaryCurve, BoundaryPositions, Corners, FixedOptions, FlatMap, Holes, NaturalOptions, Patch,
-    Pins, Triangulation, Weights, boundary_on_curve, fixed_map, natural_map, spectral_map,
+    BoundaryCurve, BoundaryOptimalOptions, BoundaryPositions, BoundaryTarget, ConstrainedMap,
+    Corners, Extension, FixedOptions, FlatMap, Functional, Holes, LambdaValue, Mix, NaturalOptions,
+    NearOptimalOptions, Patch, Pins, PointConstraint, Strength, TargetOptions, Triangulation,
+    Weights, boundary_on_curve, boundary_optimal_map, constrained_fixed_map,
+    constrained_natural_map, fixed_map, line_constraints, natural_map, near_optimal_map,
+    spectral_map, target_map,
 };
-use graticule::mesh::{NO_VALUE, PolygonSoup, Repaired, VertexId};
+use graticule::measure::corner_uvs;
+use graticule::mesh::{
+    FaceId, HalfedgeId, NO_VALUE, PerCorner, PerVertex, PolygonSoup, Repaired, SurfacePoint,
+    VertexId,
+};
 use graticule::watch::Watch;
+use serde_json::{Value, json};
 
-use super::options::{Boundary, HolesArgument, Method, Options, WeightsArgument};
+use super::options::{
+    Boundary, ExtensionArgument, FunctionalArgument, HolesArgument, Method, Options,
+    WeightsArgument,
+};
 use super::piece::Piece;
+use super::told::{Point, Told};
 use crate::failure::Failure;
 
-/// The map that the options ask for.
-pub(super) fn flat_map(
-    options: &Options,
-    soup: &PolygonSoup,
-    repaired: &Repaired,
-    piece: &Piece,
-    watch: &Watch,
-) -> Result<FlatMap, Failure> {
-    let patch = Patch::new(piece.surface.clone(), watch)?;
-    let file = FileVertices {
-        of_surface: repaired.mesh_vertices(soup),
-        piece,
-    };
-    match options.method {
-        Method::Natural => Ok(natural_map(
-            &patch,
-            &natural_options(options, &file)?,
-            watch,
-        )?),
-        Method::Spectral => Ok(spectral_map(&patch, triangulation(options), watch)?),
-        Method::Fixed => {
-            let boundary = match options.boundary {
-                Some(Boundary::Given) => given_boundary(options, &patch, soup, repaired, piece)?,
-                _ => boundary_on_curve(&patch, &curve(options, &patch, &file)?, watch)?,
-            };
-            Ok(fixed_map(
-                &patch,
-                &boundary,
-                &fixed_options(options),
-                watch,
-            )?)
+/// What a method has made.
+pub(super) struct Made {
+    pub(super) map: FlatMap,
+    /// The vertex of the map at each corner of the piece, where that was cut open for it.
+    pub(super) cut: Option<PerCorner<VertexId>>,
+    /// What the report tells beside the map itself, by key.
+    pub(super) details: Value,
+    /// What the picture shows beside the map.
+    pub(super) illustration: Option<Illustration>,
+}
+
+/// How a map came about.
+pub(super) struct Illustration {
+    /// The map at the start, and what it is.
+    pub(super) before: PerVertex<DVec2>,
+    pub(super) before_name: &'static str,
+    /// A curve with a marked point and what it shows.
+    pub(super) curve: Vec<[f64; 2]>,
+    pub(super) marked: [f64; 2],
+    pub(super) caption: String,
+}
+
+impl Made {
+    /// The coordinates at the corners of the piece.
+    pub(super) fn corners(&self, piece: &Piece, uv: &PerVertex<DVec2>) -> PerCorner<DVec2> {
+        match &self.cut {
+            Some(cut) => cut.map(|&vertex| uv[vertex]),
+            None => corner_uvs(piece.surface.mesh(), uv),
         }
     }
+
+    fn plain(map: FlatMap) -> Self {
+        Self {
+            map,
+            cut: None,
+            details: json!({}),
+            illustration: None,
+        }
+    }
+}
+
+/// What the methods work on.
+pub(super) struct Task<'a> {
+    pub(super) options: &'a Options,
+    pub(super) soup: &'a PolygonSoup,
+    pub(super) repaired: &'a Repaired,
+    pub(super) piece: &'a Piece,
+    pub(super) watch: &'a Watch,
+}
+
+impl Task<'_> {
+    /// The map that the options ask for.
+    pub(super) fn run(&self) -> Result<Made, Failure> {
+        let patch = Patch::new(self.piece.surface.clone(), self.watch)?;
+        let file = FileVertices {
+            of_surface: self.repaired.mesh_vertices(self.soup),
+            piece: self.piece,
+        };
+        let options = self.options;
+        let constraints = constraints(options, &patch, &file)?;
+        match options.method {
+            Method::Natural if !constraints.is_empty() => {
+                let triangulation = triangulation(options);
+                let made =
+                    constrained_natural_map(&patch, &constraints, triangulation, self.watch)?;
+                Ok(constrained(made))
+            }
+            Method::Natural => {
+                let options = natural_options(options, &file)?;
+                Ok(Made::plain(natural_map(&patch, &options, self.watch)?))
+            }
+            Method::Spectral => {
+                let map = spectral_map(&patch, triangulation(options), self.watch)?;
+                Ok(Made::plain(map))
+            }
+            Method::Fixed => self.fixed(&patch, &file, &constraints),
+            Method::Optimal => self.near_optimal(&patch, &file),
+            Method::BoundaryOptimal => self.boundary_optimal(&patch, &file),
+            Method::Target => self.target(&patch, &file),
+        }
+    }
+
+    fn boundary(
+        &self,
+        patch: &Patch,
+        file: &FileVertices<'_>,
+    ) -> Result<BoundaryPositions, Failure> {
+        match self.options.boundary {
+            Some(Boundary::Given) => given_boundary(self, patch),
+            Some(Boundary::Natural) => {
+                let options = NaturalOptions {
+                    triangulation: triangulation(self.options),
+                    ..NaturalOptions::default()
+                };
+                let natural = natural_map(patch, &options, self.watch)?;
+                Ok(BoundaryPositions::of_map(patch, &natural.uv)?)
+            }
+            _ => {
+                let curve = curve(self.options, patch, file)?;
+                Ok(boundary_on_curve(patch, &curve, self.watch)?)
+            }
+        }
+    }
+
+    fn fixed(
+        &self,
+        patch: &Patch,
+        file: &FileVertices<'_>,
+        constraints: &[PointConstraint],
+    ) -> Result<Made, Failure> {
+        let boundary = self.boundary(patch, file)?;
+        let options = fixed_options(self.options)?;
+        if constraints.is_empty() {
+            let map = fixed_map(patch, &boundary, &options, self.watch)?;
+            return Ok(Made::plain(map));
+        }
+        let made = constrained_fixed_map(patch, &boundary, constraints, &options, self.watch)?;
+        Ok(constrained(made))
+    }
+
+    fn near_optimal(&self, patch: &Patch, file: &FileVertices<'_>) -> Result<Made, Failure> {
+        let boundary = self.boundary(patch, file)?;
+        let options = NearOptimalOptions {
+            functional: functional(self.options),
+            holes: holes(self.options),
+        };
+        let found = near_optimal_map(patch, &boundary, options, self.watch)?;
+        let LambdaValue { lambda, value } = found.best;
+        let details = json!({ "near_optimal": {
+            "functional": options.functional,
+            "lambda": lambda,
+            "value": value,
+            "candidates": found.candidates,
+            "curve": found.curve,
+            "scale": found.scale,
+        }});
+        let name = functional_name(options.functional);
+        let [conformal, _] = found.bases;
+        Ok(Made {
+            map: found.map,
+            cut: None,
+            details,
+            illustration: Some(Illustration {
+                before: conformal,
+                before_name: "conformal, before",
+                curve: found.curve.iter().map(|p| [p.lambda, p.value]).collect(),
+                marked: [lambda, value],
+                caption: format!("{name} over λ from -1 to 2 · least at λ = {lambda:.3}"),
+            }),
+        })
+    }
+
+    fn boundary_optimal(&self, patch: &Patch, file: &FileVertices<'_>) -> Result<Made, Failure> {
+        let boundary = self.boundary(patch, file)?;
+        let default = BoundaryOptimalOptions::default();
+        let options = BoundaryOptimalOptions {
+            functional: functional(self.options),
+            fixed: fixed_options(self.options)?,
+            most_steps: self.options.steps.unwrap_or(default.most_steps),
+        };
+        let found = boundary_optimal_map(patch, &boundary, &options, self.watch)?;
+        let details = json!({ "descent": {
+            "functional": options.functional,
+            "at_rest": found.at_rest,
+            "left_out": found.left_out,
+            "history": found.history,
+        }});
+        let values = found.history.iter().enumerate();
+        let curve: Vec<_> = values.map(|(k, step)| [k as f64, step.value]).collect();
+        let name = functional_name(options.functional);
+        Ok(Made {
+            map: found.map,
+            cut: None,
+            details,
+            illustration: curve.last().copied().map(|marked| Illustration {
+                before: found.start,
+                before_name: "start",
+                caption: format!("{name} over {} steps of descent", marked[0]),
+                curve,
+                marked,
+            }),
+        })
+    }
+
+    fn target(&self, patch: &Patch, file: &FileVertices<'_>) -> Result<Made, Failure> {
+        let told = |told: &[Told], unit: f64| -> Result<Vec<(VertexId, f64)>, Failure> {
+            let pair = |told: &Told| Ok((corner(told.vertex, patch, file)?, told.number * unit));
+            told.iter().map(pair).collect()
+        };
+        let options = self.options;
+        let degree = 1.0_f64.to_radians();
+        let target = if options.target_angle.is_empty() {
+            BoundaryTarget::Scales(told(&options.target_scale, 1.0)?)
+        } else {
+            BoundaryTarget::Angles(told(&options.target_angle, degree)?)
+        };
+        let cones = options.cone.iter().map(|cone| {
+            let vertex = inner_vertex(cone.vertex, patch, file)?;
+            Ok((vertex, cone.number * degree))
+        });
+        let options = TargetOptions {
+            target,
+            cones: cones.collect::<Result<_, Failure>>()?,
+            extension: match options.extension {
+                Some(ExtensionArgument::Conjugate) => Extension::Conjugate,
+                Some(ExtensionArgument::Harmonic) | None => Extension::Harmonic,
+            },
+            triangulation: triangulation(options),
+        };
+        if !options.cones.is_empty() {
+            self.check_cuttable()?;
+        }
+        let found = target_map(patch, &options, self.watch)?;
+        let cut_mesh = found.patch.mesh();
+        let at_corner = |corner| cut_mesh.origin(corner);
+        let cut = PerCorner::from_fn(cut_mesh.halfedge_count(), at_corner);
+        let details = json!({ "target": {
+            "closing_change": found.closing_change,
+            "cones": options.cones.len(),
+            "vertices_added": found.patch.mesh().vertex_count() - patch.mesh().vertex_count(),
+        }});
+        Ok(Made {
+            cut: (!options.cones.is_empty()).then_some(cut),
+            map: found.map,
+            details,
+            illustration: None,
+        })
+    }
+
+    /// A cut may run along the diagonal of a polygon, which then has no one coordinate at a corner.
+    fn check_cuttable(&self) -> Result<(), Failure> {
+        let mut polygons = self.soup.polygons.iter();
+        if self.repaired.changes.keep_polygons() && polygons.all(|polygon| polygon.len() == 3) {
+            return Ok(());
+        }
+        Err(Failure::new(
+            "--cone cuts the surface open, for which the file must hold sound triangles only",
+            "run 'graticule repair' first, on a triangulated mesh",
+        ))
+    }
+}
+
+fn constrained(made: ConstrainedMap) -> Made {
+    let details = json!({ "constraints": {
+        "count": made.misses.len(),
+        "redundant": made.redundant,
+        "misses": made.misses,
+    }});
+    Made {
+        details,
+        ..Made::plain(made.map)
+    }
+}
+
+/// The constraints asked for, lines after points.
+fn constraints(
+    options: &Options,
+    patch: &Patch,
+    file: &FileVertices<'_>,
+) -> Result<Vec<PointConstraint>, Failure> {
+    let strength = options.soft.map_or(Strength::Hard, Strength::Soft);
+    let mut constraints = Vec::new();
+    for told in &options.constraint {
+        constraints.push(PointConstraint {
+            point: file.point(&told.point, patch)?,
+            place: told.place,
+            strength,
+        });
+    }
+    for line in &options.line {
+        let [from, to] = &line.ends;
+        let ends = [file.point(from, patch)?, file.point(to, patch)?];
+        constraints.extend(line_constraints(patch, ends, line.places, strength)?);
+    }
+    Ok(constraints)
 }
 
 /// The way from the numbers of vertices in the file to the patch.
@@ -72,6 +327,40 @@ impl FileVertices<'_> {
             )
         })
     }
+
+    /// The point of the patch that is a mean of vertices of the file.
+    fn point(&self, point: &Point, patch: &Patch) -> Result<SurfacePoint, Failure> {
+        let mesh = patch.mesh();
+        let terms = point.0.iter();
+        let terms = terms.map(|&(number, weight)| Ok((self.find(number)?, weight)));
+        let terms: Vec<(VertexId, f64)> = terms.collect::<Result<_, Failure>>()?;
+        let Some(&(first, _)) = terms.first() else {
+            return Err(Failure::new(
+                "a point has no vertex",
+                "name one to three vertices",
+            ));
+        };
+        let mut faces = mesh.outgoing(first).map(HalfedgeId::face);
+        let holds = |face: &FaceId| {
+            let corners = mesh.triangle(*face);
+            terms.iter().all(|(vertex, _)| corners.contains(vertex))
+        };
+        let Some(face) = faces.find(holds) else {
+            let numbers: Vec<u32> = point.0.iter().map(|term| term.0).collect();
+            return Err(Failure::new(
+                format!("no triangle has all of the vertices {numbers:?} of the file"),
+                "name vertices of one triangle",
+            ));
+        };
+        let weight = |corner: VertexId| -> f64 {
+            let own = terms.iter().filter(|(vertex, _)| *vertex == corner);
+            own.map(|(_, weight)| weight).sum()
+        };
+        Ok(SurfacePoint {
+            face,
+            barycentric: mesh.triangle(face).map(weight),
+        })
+    }
 }
 
 fn triangulation(options: &Options) -> Triangulation {
@@ -96,19 +385,46 @@ fn natural_options(options: &Options, file: &FileVertices<'_>) -> Result<Natural
     })
 }
 
-fn fixed_options(options: &Options) -> FixedOptions {
-    FixedOptions {
-        weights: match options.weights {
-            Some(WeightsArgument::MeanValue) => Weights::MeanValue,
-            Some(WeightsArgument::Uniform) => Weights::Uniform,
-            _ if options.intrinsic_delaunay => Weights::DelaunayCotangent,
-            _ => Weights::Cotangent,
-        },
-        holes: match options.holes {
-            Some(HolesArgument::Natural) => Holes::Natural,
-            Some(HolesArgument::Filled) => Holes::Closed,
-            Some(HolesArgument::Fixed) | None => Holes::default(),
-        },
+fn fixed_options(options: &Options) -> Result<FixedOptions, Failure> {
+    let weights = match options.weights {
+        _ if options.lambda.is_some() || options.mu.is_some() => Weights::Intrinsic(options.mix()?),
+        Some(WeightsArgument::MeanValue) => Weights::MeanValue,
+        Some(WeightsArgument::Uniform) => Weights::Uniform,
+        Some(WeightsArgument::Authalic) => Weights::Intrinsic(Mix::AUTHALIC),
+        Some(WeightsArgument::Cotangent) | None if options.intrinsic_delaunay => {
+            Weights::DelaunayCotangent
+        }
+        Some(WeightsArgument::Cotangent) | None => Weights::Cotangent,
+    };
+    Ok(FixedOptions {
+        weights,
+        holes: holes(options),
+    })
+}
+
+fn holes(options: &Options) -> Holes {
+    match options.holes {
+        Some(HolesArgument::Natural) => Holes::Natural,
+        Some(HolesArgument::Filled) => Holes::Closed,
+        Some(HolesArgument::Fixed) | None => Holes::default(),
+    }
+}
+
+fn functional(options: &Options) -> Functional {
+    match options.functional {
+        Some(FunctionalArgument::EdgeLength) | None => Functional::EdgeLength,
+        Some(FunctionalArgument::Area) => Functional::Area,
+        Some(FunctionalArgument::Stretch) => Functional::Stretch,
+        Some(FunctionalArgument::SymmetricDirichlet) => Functional::SymmetricDirichlet,
+    }
+}
+
+fn functional_name(functional: Functional) -> &'static str {
+    match functional {
+        Functional::EdgeLength => "edge length distortion",
+        Functional::Area => "area distortion",
+        Functional::Stretch => "stretch",
+        Functional::SymmetricDirichlet => "symmetric Dirichlet energy",
     }
 }
 
@@ -149,15 +465,28 @@ fn corner(number: u32, patch: &Patch, file: &FileVertices<'_>) -> Result<VertexI
     ))
 }
 
+/// A vertex inside by its number in the file.
+fn inner_vertex(number: u32, patch: &Patch, file: &FileVertices<'_>) -> Result<VertexId, Failure> {
+    let vertex = file.find(number)?;
+    if patch.mesh().is_boundary_vertex(vertex) {
+        return Err(Failure::new(
+            format!("vertex {number} of the file lies on the boundary"),
+            "choose a vertex inside for a cone; --target-angle bends the boundary",
+        ));
+    }
+    Ok(vertex)
+}
+
 /// The boundary where the file's own texture coordinates put it: the outer loop, and the holes if
 /// the options fix them.
-fn given_boundary(
-    options: &Options,
-    patch: &Patch,
-    soup: &PolygonSoup,
-    repaired: &Repaired,
-    piece: &Piece,
-) -> Result<BoundaryPositions, Failure> {
+fn given_boundary(task: &Task<'_>, patch: &Patch) -> Result<BoundaryPositions, Failure> {
+    let Task {
+        options,
+        soup,
+        repaired,
+        piece,
+        ..
+    } = task;
     let Some(set) = soup.attributes.uv_sets.first() else {
         return Err(Failure::new(
             "the mesh has no texture coordinates to take the boundary from",

@@ -4,23 +4,26 @@
 mod method;
 mod options;
 mod piece;
+mod told;
 
 use glam::DVec2;
 use graticule::flatten::FlatMap;
 use graticule::measure::{MapMeasure, corner_uvs, measure_map};
 use graticule::mesh::{NO_VALUE, PerCorner, PerVertex, Surface};
+use graticule::watch::Watch;
 use graticule_draw::Picture;
 use serde_json::{Value, json};
 
 use crate::failure::Failure;
 use crate::mesh_input::{Input, repair_to_report};
 use crate::outcome::Outcome;
-use crate::picture::map_picture;
+use crate::picture::{area_panel, curve_panel, in_rows_of_three, map_panels, map_picture};
 use crate::report::{Report, to_value};
 use crate::session::Session;
 use crate::tables::measure_table;
 use crate::uvs;
 
+use method::{Illustration, Task};
 pub(crate) use options::Options;
 use options::Scale;
 use piece::Piece;
@@ -35,24 +38,44 @@ pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {
     outcome.report.repair = repair_to_report(&repaired.changes)?;
     let at_input = |failure: Failure| failure.at(input.path.display());
     let piece = Piece::choose(&repaired, options.component).map_err(at_input)?;
-    let map = {
+    let made = {
         let _stage = session.watch.stage("flatten");
-        method::flat_map(options, &input.soup, &repaired, &piece, &session.watch)
-            .map_err(at_input)?
+        let task = Task {
+            options,
+            soup: &input.soup,
+            repaired: &repaired,
+            piece: &piece,
+            watch: &session.watch,
+        };
+        task.run().map_err(at_input)?
     };
     let uv = match options.scale() {
-        Scale::UnitSquare => map.unit_square_uv(),
-        Scale::AsMade => map.uv.clone(),
+        Scale::UnitSquare => made.map.unit_square_uv(),
+        Scale::AsMade => made.map.uv.clone(),
     };
-    outcome.report.result = map_to_report(&map);
-    let judged = Judged::of(&piece.surface, &uv, session).map_err(at_input)?;
+    let corners = made.corners(&piece, &uv);
+    outcome.report.result = map_to_report(&made.map);
+    if let (Value::Object(result), Value::Object(details)) =
+        (&mut outcome.report.result, &made.details)
+    {
+        result.extend(details.clone());
+    }
+    let judged = Judged::at_corners(&piece.surface, corners, session).map_err(at_input)?;
     judged.tell(&mut outcome)?;
     if let Some(format) = plan.picture_format() {
-        outcome.picture = Some(format.encode(&judged.draw(session).map_err(at_input)?));
+        let picture = judged.illustrated(made.illustration.as_ref(), session);
+        outcome.picture = Some(format.encode(&picture.map_err(at_input)?));
     }
-    let soup = uvs::put_into(input.soup, &repaired, &uv, |vertex| {
-        piece.vertex(vertex).map_or(NO_VALUE, |vertex| vertex.0)
-    });
+    let soup = match &made.cut {
+        Some(cut) => uvs::put_corners_into(input.soup, &repaired, &uv, |corner| {
+            piece
+                .corner(corner)
+                .map_or(NO_VALUE, |corner| cut[corner].0)
+        }),
+        None => uvs::put_into(input.soup, &repaired, &uv, |vertex| {
+            piece.vertex(vertex).map_or(NO_VALUE, |vertex| vertex.0)
+        }),
+    };
     outcome.mesh = Some(soup);
     plan.finish(session, outcome)
 }
@@ -71,7 +94,15 @@ impl<'a> Judged<'a> {
         uv: &PerVertex<DVec2>,
         session: &Session,
     ) -> Result<Self, Failure> {
-        let corners = corner_uvs(surface.mesh(), uv);
+        Self::at_corners(surface, corner_uvs(surface.mesh(), uv), session)
+    }
+
+    /// Measures a map given at the corners.
+    fn at_corners(
+        surface: &'a Surface,
+        corners: PerCorner<DVec2>,
+        session: &Session,
+    ) -> Result<Self, Failure> {
         Ok(Self {
             surface,
             measure: measure_map(surface, &corners, &session.watch)?,
@@ -90,6 +121,25 @@ impl<'a> Judged<'a> {
     pub(super) fn draw(&self, session: &Session) -> Result<Picture, Failure> {
         let _stage = session.watch.stage("draw");
         Ok(map_picture(self.surface, &self.corners, &self.measure)?)
+    }
+
+    /// Draws the map and how it came about.
+    fn illustrated(
+        &self,
+        illustration: Option<&Illustration>,
+        session: &Session,
+    ) -> Result<Picture, Failure> {
+        let Some(told) = illustration else {
+            return self.draw(session);
+        };
+        let _stage = session.watch.stage("draw");
+        let before = corner_uvs(self.surface.mesh(), &told.before);
+        // What there is to warn of has been told of the result.
+        let measure = measure_map(self.surface, &before, &Watch::new())?;
+        let before = area_panel(self.surface, &measure)?.with_caption(told.before_name);
+        let mut panels = map_panels(self.surface, &self.corners, &self.measure)?;
+        panels.extend([before, curve_panel(&told.curve, told.marked, &told.caption)]);
+        Ok(in_rows_of_three(panels)?)
     }
 }
 

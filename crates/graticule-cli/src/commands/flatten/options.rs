@@ -3,11 +3,12 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use glam::DVec2;
+use graticule::flatten::{FlattenError, Mix};
 use graticule::mesh::RepairOptions;
 use graticule_io::Format;
 use serde::Serialize;
 
+use super::told::{Line, Pin, Place, Told, parse_line, parse_pin, parse_place, parse_told};
 use crate::arguments::CommonOptions;
 use crate::failure::Failure;
 use crate::mesh_output::{MeshOutput, parse_format};
@@ -37,10 +38,47 @@ pub(crate) struct Options {
     /// Take cotangents from the intrinsic Delaunay triangulation, where none is negative inside
     #[arg(long)]
     pub(super) intrinsic_delaunay: bool,
-    /// Weights of fixed
+    /// Weights of fixed and boundary-optimal
     #[arg(long, value_enum)]
     pub(super) weights: Option<WeightsArgument>,
-    /// Where fixed lays the outer boundary
+    /// Factor of the conformal energy in a mix of it with the authalic one, instead of --weights
+    #[arg(long, value_name = "FACTOR", allow_negative_numbers = true)]
+    pub(super) lambda: Option<f64>,
+    /// Factor of the authalic energy in the mix
+    #[arg(long, value_name = "FACTOR", allow_negative_numbers = true)]
+    pub(super) mu: Option<f64>,
+    /// What optimal and boundary-optimal make least; edge-length by default
+    #[arg(long, value_enum)]
+    pub(super) functional: Option<FunctionalArgument>,
+    /// The most steps that boundary-optimal takes; 200 by default
+    #[arg(long, value_name = "N")]
+    pub(super) steps: Option<usize>,
+    /// Lay a point at a place, under natural or fixed: a vertex by its number in the file, or a
+    /// mean of the corners of a triangle, such as 4*0.2+9*0.5+7*0.3 (any number of times)
+    #[arg(long, value_name = "POINT:U,V", value_parser = parse_place)]
+    pub(super) constraint: Vec<Place>,
+    /// Lay the line between two points straight between two places, under natural or fixed
+    #[arg(long, value_name = "POINT:POINT:U,V:U,V", value_parser = parse_line)]
+    pub(super) line: Vec<Line>,
+    /// Keep constraints by springs of this weight rather than exactly
+    #[arg(long, value_name = "WEIGHT")]
+    pub(super) soft: Option<f64>,
+    /// Multiply boundary lengths at a vertex by a factor, under target
+    #[arg(long, value_name = "VERTEX:FACTOR", value_parser = parse_told)]
+    pub(super) target_scale: Vec<Told>,
+    /// Turn the boundary left by so many degrees at a vertex, under target; the others share the
+    /// rest of a full turn
+    #[arg(long, value_name = "VERTEX:DEGREES", value_parser = parse_told,
+        allow_hyphen_values = true)]
+    pub(super) target_angle: Vec<Told>,
+    /// Keep a cone of so many degrees around a vertex inside, under target: the surface is cut
+    /// open to it
+    #[arg(long, value_name = "VERTEX:DEGREES", value_parser = parse_told)]
+    pub(super) cone: Vec<Told>,
+    /// How the interior follows the boundary under target
+    #[arg(long, value_enum)]
+    pub(super) extension: Option<ExtensionArgument>,
+    /// Where fixed and optimal lay the outer boundary, and where boundary-optimal begins
     #[arg(long, value_enum)]
     pub(super) boundary: Option<Boundary>,
     /// Boundary vertex that comes to a corner of the square or rectangle, by its number in the
@@ -56,7 +94,8 @@ pub(crate) struct Options {
     /// Flatten only this component, numbered as 'graticule info' does
     #[arg(long, value_name = "N")]
     pub(super) component: Option<u32>,
-    /// Scale of the texture coordinates; as-made with --pin and --boundary given, else unit-square
+    /// Scale of the texture coordinates; as-made with --pin, --constraint, --line and --boundary
+    /// given, else unit-square
     #[arg(long, value_enum)]
     scale: Option<Scale>,
     #[command(flatten)]
@@ -72,6 +111,34 @@ pub(super) enum Method {
     Spectral,
     /// The boundary on a curve, each inner vertex a weighted mean of its neighbours
     Fixed,
+    /// The best combination of the conformal and the authalic map with the boundary on a curve
+    Optimal,
+    /// The boundary moved until a measure of distortion is least
+    BoundaryOptimal,
+    /// Conformal, with boundary lengths or turning angles as told, and cones
+    Target,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum FunctionalArgument {
+    /// Mean over the edges of (squared length ratio − 1)²
+    EdgeLength,
+    /// Mean over the triangles of (area ratio − 1)²
+    Area,
+    /// Squared L² stretch
+    Stretch,
+    /// Symmetric Dirichlet energy
+    SymmetricDirichlet,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum ExtensionArgument {
+    /// Both coordinates harmonic: the boundary is exact
+    Harmonic,
+    /// One coordinate harmonic, the other conjugate to it: angles are kept better
+    Conjugate,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
@@ -83,6 +150,8 @@ pub(super) enum WeightsArgument {
     MeanValue,
     /// All the same
     Uniform,
+    /// Keeping areas of neighbourhoods as best they can; may flip triangles
+    Authalic,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
@@ -96,6 +165,8 @@ pub(super) enum Boundary {
     Rectangle,
     /// Where the mesh's own texture coordinates put it
     Given,
+    /// Where the natural map has it (boundary-optimal)
+    Natural,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
@@ -118,33 +189,49 @@ pub(super) enum Scale {
     AsMade,
 }
 
-/// A vertex of the file with its place in the plane.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub(super) struct Pin {
-    pub(super) vertex: u32,
-    pub(super) place: DVec2,
-}
-
 impl Options {
     /// Checks everything that can be checked before any work.
     pub(super) fn check(&self, common: &CommonOptions) -> Result<Plan, Failure> {
         let method = self.method.to_possible_value();
         let method = method.as_ref().map_or("", |value| value.get_name());
-        for (given, option, wanted) in [
-            (!self.pin.is_empty(), "--pin", Method::Natural),
-            (self.weights.is_some(), "--weights", Method::Fixed),
-            (self.boundary.is_some(), "--boundary", Method::Fixed),
-            (self.holes.is_some(), "--holes", Method::Fixed),
-            (!self.corner.is_empty(), "--corner", Method::Fixed),
-            (self.aspect.is_some(), "--aspect", Method::Fixed),
+        let on_curve = [Method::Fixed, Method::Optimal, Method::BoundaryOptimal];
+        let weighted = [Method::Fixed, Method::BoundaryOptimal];
+        let measured = [Method::Optimal, Method::BoundaryOptimal];
+        let constrained = [Method::Fixed, Method::Natural];
+        let has_constraints = !(self.constraint.is_empty() && self.line.is_empty());
+        for (given, option, methods) in [
+            (!self.pin.is_empty(), "--pin", &[Method::Natural][..]),
+            (self.weights.is_some(), "--weights", &weighted),
+            (self.lambda.is_some(), "--lambda", &weighted),
+            (self.mu.is_some(), "--mu", &weighted),
+            (self.functional.is_some(), "--functional", &measured),
+            (self.steps.is_some(), "--steps", &[Method::BoundaryOptimal]),
+            (has_constraints, "--constraint or --line", &constrained),
+            (
+                !self.target_scale.is_empty(),
+                "--target-scale",
+                &[Method::Target],
+            ),
+            (
+                !self.target_angle.is_empty(),
+                "--target-angle",
+                &[Method::Target],
+            ),
+            (!self.cone.is_empty(), "--cone", &[Method::Target]),
+            (self.extension.is_some(), "--extension", &[Method::Target]),
+            (self.boundary.is_some(), "--boundary", &on_curve),
+            (self.holes.is_some(), "--holes", &on_curve),
+            (!self.corner.is_empty(), "--corner", &on_curve),
+            (self.aspect.is_some(), "--aspect", &on_curve),
         ] {
-            if given && self.method != wanted {
+            if given && !methods.contains(&self.method) {
                 return Err(Failure::usage(
                     format!("{option} does not go with --method {method}"),
                     "see 'graticule flatten --help' for the options of each method",
                 ));
             }
         }
+        self.check_numbers()?;
         self.check_counts()?;
         self.check_combinations()?;
         let output = MeshOutput::new(&self.output, self.format)?.with_uvs()?;
@@ -167,9 +254,53 @@ impl Options {
         Ok(())
     }
 
+    fn check_numbers(&self) -> Result<(), Failure> {
+        if let Some(weight) = self.soft
+            && !(weight > 0.0 && weight.is_finite())
+        {
+            return Err(Failure::usage(
+                format!("--soft was given the weight {weight}"),
+                "give a weight above 0; 1 is that of a vertex in the equations",
+            ));
+        }
+        if self.lambda.is_some() || self.mu.is_some() {
+            self.mix().map_err(|error| {
+                Failure::usage(error.to_string(), "give finite numbers, one of them not 0")
+            })?;
+        }
+        Ok(())
+    }
+
+    /// The mix of both intrinsic energies; a factor that is not given is 0.
+    pub(super) fn mix(&self) -> Result<Mix, FlattenError> {
+        Mix::new(self.lambda.unwrap_or(0.0), self.mu.unwrap_or(0.0))
+    }
+
     fn check_combinations(&self) -> Result<(), Failure> {
         let cornered = matches!(self.boundary, Some(Boundary::Square | Boundary::Rectangle));
+        let mixed = self.lambda.is_some() || self.mu.is_some();
+        let has_constraints = !(self.constraint.is_empty() && self.line.is_empty());
         let clashes = [
+            (
+                mixed && self.weights.is_some(),
+                "--weights does not go with --lambda and --mu",
+            ),
+            (
+                self.soft.is_some() && !has_constraints,
+                "--soft goes with --constraint and --line only",
+            ),
+            (
+                !self.pin.is_empty() && has_constraints,
+                "--pin does not go with --constraint and --line, which pin points themselves",
+            ),
+            (
+                !self.target_scale.is_empty() && !self.target_angle.is_empty(),
+                "--target-scale does not go with --target-angle",
+            ),
+            (
+                self.boundary == Some(Boundary::Natural) && self.method != Method::BoundaryOptimal,
+                "--boundary natural goes with --method boundary-optimal only",
+            ),
             (
                 !self.corner.is_empty() && !cornered,
                 "--corner goes with --boundary square or rectangle only",
@@ -180,10 +311,11 @@ impl Options {
             ),
             (
                 self.intrinsic_delaunay
-                    && matches!(
-                        self.weights,
-                        Some(WeightsArgument::MeanValue | WeightsArgument::Uniform)
-                    ),
+                    && (mixed
+                        || self.method == Method::Optimal
+                        || self
+                            .weights
+                            .is_some_and(|w| w != WeightsArgument::Cotangent)),
                 "--intrinsic-delaunay goes with cotangent weights only",
             ),
             (
@@ -203,37 +335,15 @@ impl Options {
 
     /// Where the user gives places, they are kept unless told otherwise.
     pub(super) fn scale(&self) -> Scale {
-        let has_places = !self.pin.is_empty() || self.boundary == Some(Boundary::Given);
+        let has_places = !self.pin.is_empty()
+            || !self.constraint.is_empty()
+            || !self.line.is_empty()
+            || self.boundary == Some(Boundary::Given);
         let default = if has_places {
             Scale::AsMade
         } else {
             Scale::UnitSquare
         };
         self.scale.unwrap_or(default)
-    }
-}
-
-fn parse_pin(text: &str) -> Result<Pin, String> {
-    let parse = || {
-        let (vertex, place) = text.split_once(':')?;
-        let (u, v) = place.split_once(',')?;
-        let place = DVec2::new(u.trim().parse().ok()?, v.trim().parse().ok()?);
-        let vertex = vertex.trim().parse().ok()?;
-        place.is_finite().then_some(Pin { vertex, place })
-    };
-    parse().ok_or_else(|| "not of the form VERTEX:U,V, such as 12:0.5,1".into())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn pins_are_a_vertex_and_two_finite_numbers() {
-        let pin = parse_pin("12:-0.5,1e3").unwrap();
-        assert_eq!((pin.vertex, pin.place), (12, DVec2::new(-0.5, 1000.0)));
-        for text in ["12", "12:1", "x:1,2", "1:nan,0", "-1:0,0", "1:0,0,0"] {
-            assert!(parse_pin(text).is_err(), "{text}");
-        }
     }
 }

@@ -1,7 +1,8 @@
 //! The part of a surface that is flattened: all of it, or one component.
 
 use graticule::mesh::{
-    ComponentId, NO_VALUE, PerVertex, Repaired, Surface, Topology, VertexId, extract_component,
+    ComponentId, HalfedgeId, NO_VALUE, PerCorner, PerVertex, Repaired, Surface, Topology, VertexId,
+    extract_component,
 };
 
 use crate::failure::Failure;
@@ -11,6 +12,8 @@ pub(super) struct Piece {
     pub(super) surface: Surface,
     /// For each vertex of the whole that of the part, or [`NO_VALUE`]; `None` for the whole itself.
     vertices: Option<PerVertex<u32>>,
+    /// The same for each corner.
+    corners: Option<PerCorner<u32>>,
 }
 
 impl Piece {
@@ -33,9 +36,14 @@ impl Piece {
         for (vertex, &source) in part.vertex_sources.enumerate() {
             vertices[source] = vertex.0;
         }
+        let mut corners = PerCorner::filled(whole.mesh().halfedge_count(), NO_VALUE);
+        for (corner, &source) in part.corner_sources.enumerate() {
+            corners[source] = corner.0;
+        }
         Ok(Self {
             surface: part.surface,
             vertices: Some(vertices),
+            corners: Some(corners),
         })
     }
 
@@ -46,6 +54,16 @@ impl Piece {
             Some(vertices) => Some(vertices[whole])
                 .filter(|&vertex| vertex != NO_VALUE)
                 .map(VertexId),
+        }
+    }
+
+    /// The corner of the part behind a corner of the whole.
+    pub(super) fn corner(&self, whole: HalfedgeId) -> Option<HalfedgeId> {
+        match &self.corners {
+            None => Some(whole),
+            Some(corners) => Some(corners[whole])
+                .filter(|&corner| corner != NO_VALUE)
+                .map(HalfedgeId),
         }
     }
 }
@@ -62,5 +80,6 @@ fn several_components_told(whole: &Surface) -> Result<Piece, Failure> {
     Ok(Piece {
         surface: whole.clone(),
         vertices: None,
+        corners: None,
     })
 }

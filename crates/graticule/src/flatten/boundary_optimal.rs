@@ -1,0 +1,426 @@
+//! Maps whose boundary is moved until a functional is least ([DMA02] §5.2).
+//!
+//! The interior follows the boundary linearly, so that the boundary points are the only unknowns.
+//! The paper takes the derivatives from one impulse response per boundary point; here one solve
+//! with the transposed matrix gives the gradient by all of them, and a quasi-Newton method
+//! (limited-memory BFGS: J. Nocedal, *Updating quasi-Newton matrices with limited storage*, 1980)
+//! takes the place of plain descent.
+//!
+//! [DMA02]: crate::papers::DMA02
+
+use glam::DVec2;
+use robust::{Coord, orient2d};
+
+use crate::mesh::{Element, PerVertex, TriangleMesh};
+use crate::solve::{DirichletSystem, Placement, SymmetricMatrix};
+use crate::tolerance::{DESCENT_AT_REST, FLIP_MARGIN};
+use crate::watch::Watch;
+
+use super::conformal::Triangulation;
+use super::domain::Domain;
+use super::equations::index_pairs;
+use super::fixed::Extended;
+use super::functional::Measured;
+use super::limited_memory::LimitedMemory;
+use super::optimal::in_own_unit;
+use super::{
+    BoundaryPositions, FixedOptions, FixedSystem, FlatMap, FlattenError, Functional, MapEnergy,
+    Method, Patch,
+};
+
+/// Trials of one line search.
+const MOST_TRIALS: usize = 40;
+/// Share of the decrease that the slope promises which a step must bring (Armijo).
+const SUFFICIENT_DECREASE: f64 = 1e-4;
+/// Share of the slope at which a step is long enough (weak Wolfe condition).
+const REMAINING_SLOPE: f64 = 0.9;
+/// Steps in a row of hardly any gain after which the descent is at rest.
+const STEPS_AT_REST: usize = 3;
+
+/// How the boundary is optimised.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BoundaryOptimalOptions {
+    /// What is made least.
+    pub functional: Functional,
+    /// How the interior follows the boundary.
+    pub fixed: FixedOptions,
+    /// Steps after which the descent ends, at rest or not.
+    pub most_steps: usize,
+}
+
+impl Default for BoundaryOptimalOptions {
+    /// Edge lengths, conformal weights, holes closed, 200 steps.
+    fn default() -> Self {
+        Self {
+            functional: Functional::default(),
+            fixed: FixedOptions::default(),
+            most_steps: 200,
+        }
+    }
+}
+
+/// One state of the descent.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct DescentStep {
+    /// The functional.
+    pub value: f64,
+    /// Length of its gradient by all boundary coordinates, in inverse unit lengths of the patch.
+    pub gradient: f64,
+    /// Share of the quasi-Newton step that was taken to come here; 0 for the start.
+    pub step: f64,
+}
+
+/// A map with optimised boundary and how it came about.
+#[derive(Clone, Debug)]
+pub struct BoundaryOptimalMap {
+    /// The map.
+    pub map: FlatMap,
+    /// The map at the start, in the surface's unit of length.
+    pub start: PerVertex<DVec2>,
+    /// The functional from the start to the end; it falls with each step.
+    pub history: Vec<DescentStep>,
+    /// Whether the descent came to rest, rather than to the last step allowed.
+    pub at_rest: bool,
+    /// Triangles left out of the functional, since the start had them turned over and no finite
+    /// value exists with them.
+    pub left_out: usize,
+}
+
+/// Moves the placed boundary vertices until a functional of the map is at a local minimum, from
+/// `start` scaled to the area of the patch ([DMA02] §5.2).
+///
+/// Each step lowers the functional, and none turns over a triangle that was not so before, by exact
+/// signs. Parts of the boundary may come to overlap; `measure` tells.
+///
+/// A warning (`descent-unfinished`) tells if the last step allowed comes before rest, another
+/// (`flipped-left-out`) how many triangles were left out.
+///
+/// Cost: the factorisation of a map with fixed boundary and that of one more Laplacian; each step
+/// takes three solves and some linear passes.
+///
+/// # Errors
+/// [`FlattenError`].
+///
+/// [DMA02]: crate::papers::DMA02
+pub fn boundary_optimal_map(
+    patch: &Patch,
+    start: &BoundaryPositions,
+    options: &BoundaryOptimalOptions,
+    watch: &Watch,
+) -> Result<BoundaryOptimalMap, FlattenError> {
+    let _stage = watch.stage("map with optimised boundary");
+    let system = FixedSystem::new(patch, start, &options.fixed, watch)?;
+    let extended = system.extended(&system.unit_places(start)?)?;
+    let mut descent = Descent::new(&system, extended, options.functional, watch)?;
+    let beginning = in_own_unit(patch, &descent.state.positions);
+    let at_rest = {
+        let _stage = watch.stage("descend");
+        descent.run(options.most_steps, watch)?
+    };
+    if !at_rest {
+        let message = format!(
+            "the descent ended after {} steps, not at rest",
+            options.most_steps
+        );
+        watch.warn("descent-unfinished", message);
+    }
+    let mut map = system.finished(&descent.state, false, watch)?;
+    map.method = Method::BoundaryOptimal;
+    Ok(BoundaryOptimalMap {
+        map,
+        start: beginning,
+        history: descent.history,
+        at_rest,
+        left_out: descent.left_out,
+    })
+}
+
+struct Descent<'a> {
+    system: &'a FixedSystem,
+    measured: Measured<'a>,
+    metric: BoundaryMetric,
+    state: Extended,
+    value: f64,
+    /// By the places of the fixed vertices.
+    gradient: Vec<DVec2>,
+    history: Vec<DescentStep>,
+    left_out: usize,
+}
+
+impl<'a> Descent<'a> {
+    fn new(
+        system: &'a FixedSystem,
+        mut state: Extended,
+        functional: Functional,
+        watch: &Watch,
+    ) -> Result<Self, FlattenError> {
+        let patch = system.patch();
+        let own = patch.mesh().vertex_count();
+        scale_to_patch(patch, &mut state.positions)?;
+        let mut measured = Measured::new(patch, functional);
+        let left_out = measured.leave_out_flipped(&state.positions[..own]);
+        if left_out > 0 {
+            let message = format!(
+                "{left_out} triangles are turned over at the start, where {functional:?} is \
+                 infinite: they are left out of it"
+            );
+            watch.warn("flipped-left-out", message);
+        }
+        let mut descent = Self {
+            metric: BoundaryMetric::new(system, watch)?,
+            system,
+            measured,
+            state,
+            value: f64::INFINITY,
+            gradient: Vec::new(),
+            history: Vec::new(),
+            left_out,
+        };
+        descent.evaluate(0.0)?;
+        if !descent.value.is_finite() {
+            return Err(FlattenError::NoFiniteValue { functional });
+        }
+        Ok(descent)
+    }
+
+    /// Computes value and gradient where the descent stands, and notes them.
+    fn evaluate(&mut self, step: f64) -> Result<(), FlattenError> {
+        let (value, by_positions) = self.measured.gradient(&self.state.positions);
+        self.value = value;
+        if value.is_finite() {
+            self.gradient = self.system.pull_back(&by_positions)?;
+        }
+        self.history.push(DescentStep {
+            value,
+            gradient: dot(&self.gradient, &self.gradient).sqrt(),
+            step,
+        });
+        Ok(())
+    }
+
+    /// Descends; whether it came to rest.
+    fn run(&mut self, most_steps: usize, watch: &Watch) -> Result<bool, FlattenError> {
+        let mut memory = LimitedMemory::default();
+        let mut resting = 0;
+        for round in 0..most_steps {
+            watch.check()?;
+            watch.progress(round as f64 / most_steps as f64);
+            let Some(accepted) = self.step(&mut memory)? else {
+                // No descent along the remembered curvature: begin anew, or rest.
+                if memory.is_empty() {
+                    return Ok(true);
+                }
+                memory = LimitedMemory::default();
+                continue;
+            };
+            let gained = accepted.before - self.value;
+            resting = if gained <= DESCENT_AT_REST * accepted.before {
+                resting + 1
+            } else {
+                0
+            };
+            if resting >= STEPS_AT_REST {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
+    /// One step, if one lowers the functional.
+    fn step(&mut self, memory: &mut LimitedMemory) -> Result<Option<Accepted>, FlattenError> {
+        let metric = &self.metric;
+        let direction = memory.direction(&self.gradient, |vector| metric.inverse(vector))?;
+        let slope = dot(&self.gradient, &direction);
+        if slope.is_nan() || slope >= 0.0 {
+            return Ok(None);
+        }
+        let moved = self.system.extended(&direction)?;
+        let Some((length, positions)) = self.search(&moved.positions, slope) else {
+            return Ok(None);
+        };
+        let before = self.value;
+        let old_gradient = std::mem::take(&mut self.gradient);
+        self.state.positions = positions;
+        self.state.residual = self.state.residual.max(moved.residual);
+        self.evaluate(length)?;
+        let step = direction.iter().map(|d| *d * length).collect();
+        let change = difference(&self.gradient, &old_gradient);
+        memory.remember(step, change);
+        Ok(Some(Accepted { before }))
+    }
+
+    /// A length along the way at which the functional has fallen enough and its slope has flattened
+    /// (weak Wolfe conditions, by bisection), with the positions there.
+    fn search(&self, way: &[DVec2], slope: f64) -> Option<(f64, Vec<DVec2>)> {
+        let mesh = self.system.patch().mesh();
+        let from = &self.state.positions;
+        let limit = FLIP_MARGIN * first_collapse(mesh, from, way);
+        let [mut low, mut high] = [0.0, limit];
+        let mut length = limit.min(1.0);
+        let mut best = None;
+        for _ in 0..MOST_TRIALS {
+            let positions = along(from, way, length);
+            let value = self.measured.value(&positions);
+            let falls = value <= self.value + SUFFICIENT_DECREASE * length * slope;
+            if !falls || value >= self.value || flips_anew(mesh, from, &positions) {
+                high = length;
+            } else {
+                let steep = self.slope(&positions, way) < REMAINING_SLOPE * slope;
+                best = Some((length, positions));
+                if !steep || high - length <= f64::EPSILON * high {
+                    break;
+                }
+                low = length;
+            }
+            length = if high.is_finite() {
+                f64::midpoint(low, high)
+            } else {
+                2.0 * length
+            };
+        }
+        best
+    }
+
+    fn slope(&self, positions: &[DVec2], way: &[DVec2]) -> f64 {
+        dot(&self.measured.gradient(positions).1, way)
+    }
+}
+
+/// A step that was taken.
+struct Accepted {
+    before: f64,
+}
+
+/// The boundary's own measure of smoothness: the Dirichlet energy of the harmonic function with
+/// given boundary values. Its inverse turns a gradient into a direction without jitter, whatever
+/// the number of boundary vertices.
+struct BoundaryMetric {
+    laplacian: DirichletSystem,
+    /// The fixed vertices, the first of them pinned.
+    vertices: Vec<usize>,
+}
+
+impl BoundaryMetric {
+    fn new(system: &FixedSystem, watch: &Watch) -> Result<Self, FlattenError> {
+        let _stage = watch.stage("boundary metric");
+        // What there is to tell of the triangles has been told when the system was made.
+        let domain = Domain::conformal(system.patch(), Triangulation::Given, &Watch::new())?;
+        let weights = domain.cotangent_weights()?;
+        let matrix = SymmetricMatrix::laplacian(weights.vertex_count(), index_pairs(&weights))?;
+        let vertices: Vec<usize> = system.fixed().iter().map(|v| v.index()).collect();
+        let placement = Placement::at(&domain.coordinates);
+        Ok(Self {
+            laplacian: DirichletSystem::new(&matrix, &vertices[..1], placement)?,
+            vertices,
+        })
+    }
+
+    /// The boundary values, with mean zero, whose fluxes are `gradient`.
+    fn inverse(&self, gradient: &[DVec2]) -> Result<Vec<DVec2>, FlattenError> {
+        let order = self.laplacian.free().len() + 1;
+        let mut loads = vec![0.0; 2 * order];
+        for (&vertex, gradient) in self.vertices.iter().zip(gradient) {
+            loads[vertex] = gradient.x;
+            loads[order + vertex] = gradient.y;
+        }
+        let solved = self.laplacian.solve_with_loads(&[0.0; 2], &loads)?.values;
+        let (us, vs) = solved.split_at(order);
+        let place = |&vertex: &usize| DVec2::new(us[vertex], vs[vertex]);
+        let mut values: Vec<DVec2> = self.vertices.iter().map(place).collect();
+        let mean = values.iter().sum::<DVec2>() / values.len() as f64;
+        for value in &mut values {
+            *value -= mean;
+        }
+        Ok(values)
+    }
+}
+
+/// The sum of the products of two lists of vectors.
+pub(super) fn dot(a: &[DVec2], b: &[DVec2]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum()
+}
+
+fn difference(a: &[DVec2], b: &[DVec2]) -> Vec<DVec2> {
+    a.iter().zip(b).map(|(a, b)| *a - *b).collect()
+}
+
+fn along(from: &[DVec2], way: &[DVec2], length: f64) -> Vec<DVec2> {
+    let pairs = from.iter().zip(way);
+    pairs.map(|(from, way)| *from + *way * length).collect()
+}
+
+fn scale_to_patch(patch: &Patch, positions: &mut [DVec2]) -> Result<(), FlattenError> {
+    let own = positions[..patch.mesh().vertex_count()].to_vec();
+    let area = MapEnergy::of(patch.mesh(), patch.shapes(), &PerVertex::new(own)).area;
+    let share = area / patch.unit_area();
+    if share.is_nan() || share <= 0.0 {
+        return Err(FlattenError::Collapsed { area: share });
+    }
+    for position in positions {
+        *position /= share.sqrt();
+    }
+    Ok(())
+}
+
+/// How far along the way the first triangle that is not turned over collapses; infinite if none
+/// does.
+fn first_collapse(mesh: &TriangleMesh, from: &[DVec2], way: &[DVec2]) -> f64 {
+    let mut first = f64::INFINITY;
+    for face in mesh.faces() {
+        let [a, b, c] = mesh.triangle(face).map(Element::index);
+        let [p, q] = [from[b] - from[a], from[c] - from[a]];
+        let [dp, dq] = [way[b] - way[a], way[c] - way[a]];
+        let coefficients = [
+            p.perp_dot(q),
+            p.perp_dot(dq) + dp.perp_dot(q),
+            dp.perp_dot(dq),
+        ];
+        if coefficients[0] > 0.0 {
+            first = first.min(first_positive_root(coefficients));
+        }
+    }
+    first
+}
+
+/// The least `x > 0` with `c + b x + a x² = 0`, for `c > 0`.
+fn first_positive_root([c, b, a]: [f64; 3]) -> f64 {
+    let discriminant = b * b - 4.0 * a * c;
+    if discriminant < 0.0 {
+        return f64::INFINITY;
+    }
+    // Without cancellation; of both signs of the root the one that gives the first crossing.
+    let denominator = -b + discriminant.sqrt();
+    if denominator > 0.0 {
+        2.0 * c / denominator
+    } else {
+        f64::INFINITY
+    }
+}
+
+/// Whether a triangle that was laid down rightly is not so any more, by exact signs.
+fn flips_anew(mesh: &TriangleMesh, before: &[DVec2], after: &[DVec2]) -> bool {
+    let coord = |p: DVec2| Coord { x: p.x, y: p.y };
+    let sign = |positions: &[DVec2], corners: [usize; 3]| {
+        let [a, b, c] = corners.map(|corner| coord(positions[corner]));
+        orient2d(a, b, c)
+    };
+    mesh.faces().any(|face| {
+        let corners = mesh.triangle(face).map(Element::index);
+        sign(after, corners) <= 0.0 && sign(before, corners) > 0.0
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_triangle_collapses_at_the_first_root() {
+        assert_eq!(first_positive_root([1.0, -3.0, 2.0]), 0.5);
+        assert_eq!(first_positive_root([1.0, 0.0, -4.0]), 0.5);
+        assert_eq!(first_positive_root([1.0, -2.0, 0.0]), 0.5);
+        assert!(first_positive_root([1.0, 2.0, 0.0]).is_infinite());
+        assert!(first_positive_root([1.0, 3.0, 2.0]).is_infinite());
+        assert!(first_positive_root([1.0, 0.0, 1.0]).is_infinite());
+    }
+}
