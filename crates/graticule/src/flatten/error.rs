@@ -49,6 +49,18 @@ pub enum FlattenError {
         /// Area of the map over its Dirichlet energy.
         area: f64,
     },
+    /// The map to improve has flips.
+    #[error("the map to start from has {flipped} triangles turned over or collapsed")]
+    StartFlipped {
+        /// Number of such triangles.
+        flipped: usize,
+    },
+    /// Double precision has no place for a vertex among its neighbours.
+    #[error("no place is left for one more vertex in a map of {vertices}, to double precision")]
+    NoRoom {
+        /// Vertices laid down so far.
+        vertices: usize,
+    },
     /// Triangles are too thin to compute with.
     #[error(transparent)]
     Geometry(#[from] GeometryError),
@@ -83,6 +95,10 @@ impl Hint for FlattenError {
             Self::Undetermined { .. } | Self::Collapsed { .. } => {
                 "choose other pins, or use the spectral method"
             }
+            Self::StartFlipped { .. } => {
+                "start from mean value weights on a convex curve, or let the start be made"
+            }
+            Self::NoRoom { .. } => "remesh the thinnest parts of the patch more evenly",
             Self::Geometry(error) => return error.hint(),
             Self::Mesh(error) => return error.hint(),
             Self::Solve(error) => return error.hint(),

@@ -30,6 +30,8 @@ pub enum Method {
     NaturalConformal,
     /// [`spectral_map`](super::spectral_map).
     SpectralConformal,
+    /// [`injective_map`](super::injective_map) or [`improve_map`](super::improve_map).
+    Injective,
 }
 
 /// Triangles of a map that are not laid down as they should be. Exact: the signs are those of the

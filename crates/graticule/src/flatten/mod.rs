@@ -9,6 +9,7 @@
 //! | [`fixed_map`], [`Weights::Cotangent`] | on a convex curve | if no weight is negative |
 //! | [`fixed_map`], [`Weights::DelaunayCotangent`] | on a circle | among the intrinsic triangles |
 //! | [`natural_map`], [`spectral_map`] | free | not promised |
+//! | [`injective_map`] | free | yes |
 //!
 //! Every map tells its flips, counted exactly, whatever theory says.
 //!
@@ -43,6 +44,7 @@ mod energy;
 mod error;
 mod fixed;
 mod flat_map;
+mod injective;
 mod lanczos;
 mod natural;
 mod patch;
@@ -56,6 +58,10 @@ pub use energy::MapEnergy;
 pub use error::FlattenError;
 pub use fixed::{FixedOptions, FixedSystem, Holes, Weights, fixed_map};
 pub use flat_map::{FlatMap, FlipCount, Method};
+pub use injective::{
+    BoundaryFreedom, Descent, DescentStep, DistortionEnergy, InjectiveMap, InjectiveOptions,
+    improve_map, injective_map,
+};
 pub use natural::{NaturalOptions, Pins, natural_map};
 pub use patch::{NotAPatch, Patch};
 pub use spectral::spectral_map;

@@ -30,6 +30,9 @@ pub(crate) struct Options {
     /// How to flatten
     #[arg(long, value_enum, default_value_t = Method::Natural)]
     pub(super) method: Method,
+    /// no flips
+    #[arg(long)]
+    pub(super) injective: bool,
     /// Pin a vertex of natural: its number in the file from 0, and its place in the surface's
     /// unit of length (twice)
     #[arg(long, value_name = "VERTEX:U,V", value_parser = parse_pin)]

@@ -1,0 +1,203 @@
+//! Maps without flips, whatever the patch, with little distortion.
+//!
+//! A map that is injective by construction ([`start`]) goes down to a minimum of an energy that
+//! grows beyond all bounds where a triangle collapses, by a Newton method ([`newton`]) whose steps
+//! end before the first collapse. The energy of triangles ([`energy`]), the linear system
+//! ([`system`]) and the line search know nothing of each other.
+
+mod collapse;
+mod energy;
+mod insertion;
+mod newton;
+mod objective;
+mod start;
+mod system;
+
+use glam::DVec2;
+use serde::Serialize;
+
+use self::newton::{Goal, descend};
+use self::objective::{Objective, Triangles};
+use self::start::{Disk, start};
+use self::system::NewtonSystem;
+use super::conformal::Triangulation;
+use super::domain::Domain;
+use super::energy::complex;
+use super::flat_map::MapDraft;
+use super::{FlatMap, FlattenError, FlipCount, Method, Patch};
+use crate::measure::SourceTriangle;
+use crate::mesh::{BoundaryLoopId, PerVertex, VertexId};
+use crate::tolerance::{HOLE_IMPORTANCE, INJECTIVE_GAIN};
+use crate::watch::Watch;
+
+pub use energy::DistortionEnergy;
+pub use newton::{Descent, DescentStep};
+
+/// How a map without flips is made.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct InjectiveOptions {
+    /// What is made small.
+    pub energy: DistortionEnergy,
+    /// The descent ends when the next step promises to gain less than this share of the energy.
+    pub least_gain: f64,
+    /// Most steps of the descent of the whole map. A map stopped early has no flips either.
+    pub iterations: usize,
+}
+
+impl Default for InjectiveOptions {
+    fn default() -> Self {
+        Self {
+            energy: DistortionEnergy::default(),
+            least_gain: INJECTIVE_GAIN,
+            iterations: 100,
+        }
+    }
+}
+
+/// What may move.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum BoundaryFreedom {
+    /// Every vertex.
+    #[default]
+    Free,
+    /// Vertices inside only.
+    Fixed,
+}
+
+/// A map without flips, and how it was found.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct InjectiveMap {
+    /// The map, at the scale at which its energy is least.
+    pub map: FlatMap,
+    /// The mean energy by area, at least [`DistortionEnergy::least`].
+    pub energy: f64,
+    /// The descent of the whole map.
+    pub descent: Descent,
+}
+
+/// Lays a patch down without a flipped or collapsed triangle, with its boundary free and the energy
+/// at a minimum. Holes are left open. Parts of the boundary may overlap each other.
+///
+/// Cost: near-linear. Some ten Newton steps on the whole mesh, each a Cholesky factorisation with two
+/// unknowns for each vertex, and about half as much for the coarser maps before.
+///
+/// # Errors
+/// [`FlattenError::NoRoom`] where double precision does not suffice; never a map with flips.
+pub fn injective_map(
+    patch: &Patch,
+    options: &InjectiveOptions,
+    watch: &Watch,
+) -> Result<InjectiveMap, FlattenError> {
+    let _stage = watch.stage("map without flips");
+    let mut places = start(&filled_disk(patch)?, options.energy, watch)?;
+    places.truncate(patch.mesh().vertex_count());
+    let fixed = vec![false; places.len()];
+    finish(patch, places, fixed, options, watch)
+}
+
+/// Lowers the energy of a map without flips, which stays so.
+///
+/// # Errors
+/// [`FlattenError::StartFlipped`] if the map has flips; else as [`injective_map`].
+pub fn improve_map(
+    patch: &Patch,
+    uv: &PerVertex<DVec2>,
+    boundary: BoundaryFreedom,
+    options: &InjectiveOptions,
+    watch: &Watch,
+) -> Result<InjectiveMap, FlattenError> {
+    let _stage = watch.stage("improve map");
+    let flips = FlipCount::of(patch.mesh(), uv);
+    if !flips.is_zero() {
+        let flipped = flips.flipped + flips.degenerate;
+        return Err(FlattenError::StartFlipped { flipped });
+    }
+    let mesh = patch.mesh();
+    let is_fixed = |vertex| boundary == BoundaryFreedom::Fixed && mesh.is_boundary_vertex(vertex);
+    let fixed = mesh.vertices().map(is_fixed).collect();
+    let places = uv.iter().map(|&place| place / patch.unit_length());
+    finish(patch, places.collect(), fixed, options, watch)
+}
+
+/// Descends with all triangles of the patch and wraps up.
+fn finish(
+    patch: &Patch,
+    mut places: Vec<DVec2>,
+    fixed: Vec<bool>,
+    options: &InjectiveOptions,
+    watch: &Watch,
+) -> Result<InjectiveMap, FlattenError> {
+    let triangles = triangles_of(patch, options.energy, watch)?;
+    if !fixed.contains(&true) {
+        let scale = triangles.best_scale(&places);
+        places.iter_mut().for_each(|place| *place *= scale);
+    }
+    let points = patch.unit_surface().positions().as_slice();
+    let descent = {
+        let _stage = watch.stage("descend");
+        let mut system = NewtonSystem::new(triangles.corners(), points, fixed)?;
+        let goal = Goal {
+            gain: options.least_gain,
+            iterations: options.iterations,
+        };
+        descend(&triangles, &mut system, &mut places, goal, watch)?
+    };
+    if !descent.converged {
+        let message = format!(
+            "the energy could still be lowered after {} steps",
+            options.iterations
+        );
+        watch.warn("not-converged", message);
+    }
+    let energy = triangles.value(&places);
+    let draft = MapDraft {
+        positions: places.into_iter().map(complex).collect(),
+        method: Method::Injective,
+        residual: descent.residual,
+        flip_free_in_theory: true,
+        intrinsic_flips: None,
+    };
+    Ok(InjectiveMap {
+        map: draft.finish(patch, watch)?,
+        energy,
+        descent,
+    })
+}
+
+/// The patch with its holes closed.
+fn filled_disk(patch: &Patch) -> Result<Disk, FlattenError> {
+    let holes: Vec<BoundaryLoopId> = patch.holes().collect();
+    let domain = Domain::with_cones(patch, &holes)?;
+    let mesh = &domain.mesh;
+    let importance = |face: usize| {
+        let of_patch = face < patch.mesh().face_count();
+        if of_patch { 1.0 } else { HOLE_IMPORTANCE }
+    };
+    Ok(Disk {
+        triangles: mesh.faces().map(|face| mesh.triangle(face).map(|v| v.0)).collect(),
+        on_boundary: mesh.vertices().map(|v| mesh.is_boundary_vertex(v)).collect(),
+        importance: (0..mesh.face_count()).map(importance).collect(),
+        points: domain.coordinates,
+    })
+}
+
+/// The energy of the patch's triangles, each with a shape.
+fn triangles_of(
+    patch: &Patch,
+    energy: DistortionEnergy,
+    watch: &Watch,
+) -> Result<Triangles, FlattenError> {
+    let domain = Domain::conformal(patch, Triangulation::Given, watch)?;
+    let mesh = patch.mesh();
+    let (sources, weights): (Vec<_>, Vec<_>) = domain
+        .triangulation()
+        .shapes()
+        .iter()
+        .filter_map(|shape| SourceTriangle::from_lengths(shape.lengths()))
+        .map(|source| (source, source.area()))
+        .unzip();
+    let corners: Vec<_> = mesh.faces().map(|face| mesh.triangle(face).map(|VertexId(v)| v)).collect();
+    debug_assert_eq!(corners.len(), sources.len(), "mollified triangles have shapes");
+    Ok(Triangles::new(energy, corners, sources, weights))
+}
