@@ -223,3 +223,12 @@ pub const HOLE_IMPORTANCE: f64 = 1e-2;
 ///
 /// Half a millionth: the fifth digit of a mean distortion stands.
 pub const INJECTIVE_GAIN: f64 = 1e-6;
+
+/// Share of the length of boundary edges within which boundaries push each other away.
+///
+/// Neighbouring vertices, an edge apart, do not notice each other; a gap of this width shows at the
+/// scale of single triangles only.
+pub const BARRIER_REACH: f64 = 0.25;
+
+/// What the push of boundaries counts beside the distortion of an area as wide as their gap.
+pub const BARRIER_WEIGHT: f64 = 1.0;

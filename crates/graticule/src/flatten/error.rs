@@ -1,8 +1,11 @@
 use crate::Hint;
 use crate::geometry::GeometryError;
-use crate::mesh::{MeshError, VertexId};
+use crate::mesh::{ComponentId, MeshError, VertexId};
+
 use crate::solve::SolveError;
 use crate::watch::Stopped;
+
+use super::NotAPatch;
 
 /// Why a patch could not be flattened.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -55,6 +58,17 @@ pub enum FlattenError {
         /// Number of such triangles.
         flipped: usize,
     },
+    /// The map to improve without overlaps has some.
+    #[error("the boundary of the map to start from meets itself")]
+    StartOverlaps,
+    /// A component of a surface is no patch.
+    #[error("{component}: {reason}")]
+    Component {
+        /// The component.
+        component: ComponentId,
+        /// What is in the way.
+        reason: NotAPatch,
+    },
     /// Double precision has no place for a vertex among its neighbours.
     #[error("no place is left for one more vertex in a map of {vertices}, to double precision")]
     NoRoom {
@@ -95,6 +109,8 @@ impl Hint for FlattenError {
             Self::Undetermined { .. } | Self::Collapsed { .. } => {
                 "choose other pins, or use the spectral method"
             }
+            Self::StartOverlaps => "start from a convex boundary, or let the start be made",
+            Self::Component { reason, .. } => return reason.hint(),
             Self::StartFlipped { .. } => {
                 "start from mean value weights on a convex curve, or let the start be made"
             }

@@ -34,6 +34,7 @@
 //!
 //! [DMA02]: crate::papers::DMA02
 
+mod atlas;
 mod boundary;
 mod conformal;
 mod corners;
@@ -47,9 +48,12 @@ mod flat_map;
 mod injective;
 mod lanczos;
 mod natural;
+mod packing;
 mod patch;
+mod seam_search;
 mod spectral;
 
+pub use atlas::{Atlas, AtlasIsland, AtlasOptions, lay_flat};
 pub use boundary::{BoundaryError, BoundaryPositions};
 pub use conformal::Triangulation;
 pub use corners::Corners;
@@ -59,9 +63,11 @@ pub use error::FlattenError;
 pub use fixed::{FixedOptions, FixedSystem, Holes, Weights, fixed_map};
 pub use flat_map::{FlatMap, FlipCount, Method};
 pub use injective::{
-    BoundaryFreedom, Descent, DescentStep, DistortionEnergy, InjectiveMap, InjectiveOptions,
-    improve_map, injective_map,
+    BoundaryFreedom, Descent, DistortionEnergy, InjectiveMap, InjectiveOptions, NewtonStep,
+    Overlap, improve_map, injective_map,
 };
 pub use natural::{NaturalOptions, Pins, natural_map};
+pub use packing::{IslandShape, Motion, Packing, PackingOptions, pack};
 pub use patch::{NotAPatch, Patch};
+pub use seam_search::{Seam, SeamOptions, find_seam};
 pub use spectral::spectral_map;

@@ -5,6 +5,7 @@
 //! connectivity with positions.
 
 mod coincidence;
+mod cutting;
 mod defects;
 mod disjoint_sets;
 mod element;
@@ -24,7 +25,9 @@ mod topology;
 mod triangle_mesh;
 mod usable;
 
+pub use cutting::{CutSurface, cut_along};
 pub use defects::{Defects, Finding, Severity};
+pub(crate) use disjoint_sets::DisjointSets;
 pub use element::{Element, PerComponent, PerCorner, PerEdge, PerElement, PerFace, PerVertex};
 pub use error::MeshError;
 pub use id::{BoundaryLoopId, ComponentId, EdgeId, FaceId, HalfedgeId, VertexId};

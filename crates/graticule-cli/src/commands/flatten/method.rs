@@ -25,9 +25,6 @@ pub(super) fn flat_map(
         of_surface: repaired.mesh_vertices(soup),
         piece,
     };
-    if options.injective {
-        return Ok(graticule::flatten::injective_map(&patch, &Default::default(), watch)?.map);
-    }
     match options.method {
         Method::Natural => Ok(natural_map(
             &patch,

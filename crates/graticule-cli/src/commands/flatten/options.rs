@@ -8,6 +8,7 @@ use graticule::mesh::RepairOptions;
 use graticule_io::Format;
 use serde::Serialize;
 
+use super::atlas_options::AtlasArguments;
 use crate::arguments::CommonOptions;
 use crate::failure::Failure;
 use crate::mesh_output::{MeshOutput, parse_format};
@@ -30,9 +31,6 @@ pub(crate) struct Options {
     /// How to flatten
     #[arg(long, value_enum, default_value_t = Method::Natural)]
     pub(super) method: Method,
-    /// no flips
-    #[arg(long)]
-    pub(super) injective: bool,
     /// Pin a vertex of natural: its number in the file from 0, and its place in the surface's
     /// unit of length (twice)
     #[arg(long, value_name = "VERTEX:U,V", value_parser = parse_pin)]
@@ -62,6 +60,8 @@ pub(crate) struct Options {
     /// Scale of the texture coordinates; as-made with --pin and --boundary given, else unit-square
     #[arg(long, value_enum)]
     scale: Option<Scale>,
+    #[command(flatten)]
+    pub(super) atlas: AtlasArguments,
     #[command(flatten)]
     repair: RepairArguments,
 }
@@ -147,6 +147,13 @@ impl Options {
                     "see 'graticule flatten --help' for the options of each method",
                 ));
             }
+        }
+        self.atlas.check()?;
+        if self.atlas.are_asked_for() && self.method != Method::Natural {
+            return Err(Failure::usage(
+                format!("--method {method} does not go with --injective, --no-overlap and --cut"),
+                "leave one of them out: a map without flips has a method of its own",
+            ));
         }
         self.check_counts()?;
         self.check_combinations()?;

@@ -106,7 +106,9 @@ impl Coarsening {
         let before = self.collapses.len();
         for candidate in &candidates[..considered] {
             let ring = self.ring(candidate.vertex);
-            if ring.iter().any(|&vertex| locked[vertex as usize]) || locked[candidate.vertex as usize] {
+            if ring.iter().any(|&vertex| locked[vertex as usize])
+                || locked[candidate.vertex as usize]
+            {
                 continue;
             }
             self.collapse(candidate.vertex, candidate.target);
@@ -123,7 +125,10 @@ impl Coarsening {
         for &triangle in &collapse.star {
             let corners = &mut self.corners[triangle as usize];
             if self.alive[triangle as usize] {
-                for corner in corners.iter_mut().filter(|corner| **corner == collapse.target) {
+                for corner in corners
+                    .iter_mut()
+                    .filter(|corner| **corner == collapse.target)
+                {
                     *corner = collapse.vertex;
                 }
             } else {
@@ -153,7 +158,9 @@ impl Coarsening {
     /// The neighbours of a vertex, ascending.
     fn ring(&self, vertex: u32) -> Vec<u32> {
         let star = self.stars[vertex as usize].iter();
-        let mut ring: Vec<u32> = star.flat_map(|&triangle| self.opposite(triangle, vertex)).collect();
+        let mut ring: Vec<u32> = star
+            .flat_map(|&triangle| self.opposite(triangle, vertex))
+            .collect();
         ring.sort_unstable();
         ring.dedup();
         ring
@@ -178,12 +185,18 @@ impl Coarsening {
             }
         }
         self.alive_vertices -= 1;
-        self.collapses.push(Collapse { vertex, target, star });
+        self.collapses.push(Collapse {
+            vertex,
+            target,
+            star,
+        });
     }
 
     fn candidates(&mut self, most_triangles: usize) -> Vec<Candidate> {
         let vertices = 0..self.points.len() as u32;
-        vertices.filter_map(|vertex| self.candidate(vertex, most_triangles)).collect()
+        vertices
+            .filter_map(|vertex| self.candidate(vertex, most_triangles))
+            .collect()
     }
 
     /// The cheapest way to take a vertex away, if there is one that leaves a disk.
@@ -199,7 +212,11 @@ impl Coarsening {
             }
             let cost = self.cost(vertex, target);
             if best.as_ref().is_none_or(|best| cost < best.cost) {
-                best = Some(Candidate { cost, vertex, target });
+                best = Some(Candidate {
+                    cost,
+                    vertex,
+                    target,
+                });
             }
         }
         best
@@ -209,7 +226,9 @@ impl Coarsening {
     /// and the edge does not cut through the disk.
     fn leaves_a_disk(&mut self, vertex: u32, target: u32) -> bool {
         let star = self.stars[vertex as usize].iter();
-        let shared = star.filter(|&&t| self.corners[t as usize].contains(&target)).count();
+        let shared = star
+            .filter(|&&t| self.corners[t as usize].contains(&target))
+            .count();
         let both = self.on_boundary[vertex as usize] && self.on_boundary[target as usize];
         let on_one_side = self.on_boundary[vertex as usize] && !self.on_boundary[target as usize];
         if on_one_side || both && shared == 2 {
@@ -220,7 +239,10 @@ impl Coarsening {
             self.marks[neighbor as usize] = self.mark;
         }
         let common = self.ring(target).into_iter();
-        common.filter(|&n| self.marks[n as usize] == self.mark).count() == shared
+        common
+            .filter(|&n| self.marks[n as usize] == self.mark)
+            .count()
+            == shared
     }
 
     /// How bad the triangles would be, times the square of the distance: short edges go first,
@@ -234,7 +256,11 @@ impl Coarsening {
                 continue;
             }
             let [before, after] = [vertex, target].map(|v| normal([point(v), point(a), point(b)]));
-            let sides = [point(a) - point(target), point(b) - point(a), point(target) - point(b)];
+            let sides = [
+                point(a) - point(target),
+                point(b) - point(a),
+                point(target) - point(b),
+            ];
             let longest = sides.iter().map(|s| s.length_squared()).fold(0.0, f64::max);
             let shape = longest / after.length().max(f64::MIN_POSITIVE);
             let folded = before.dot(after) < FOLDED * before.length() * after.length();
@@ -258,7 +284,10 @@ mod tests {
     fn coarsening(rings: usize) -> (Coarsening, Vec<[u32; 3]>) {
         let fixture = disk(rings);
         let mesh = TriangleMesh::new(fixture.positions.len(), &fixture.triangles).unwrap();
-        let on_boundary = mesh.vertices().map(|v| mesh.is_boundary_vertex(v)).collect();
+        let on_boundary = mesh
+            .vertices()
+            .map(|v| mesh.is_boundary_vertex(v))
+            .collect();
         let coarse = Coarsening::new(&fixture.triangles, &fixture.positions, on_boundary);
         (coarse, fixture.triangles)
     }

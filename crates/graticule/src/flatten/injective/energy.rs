@@ -111,7 +111,11 @@ pub(super) fn value(energy: DistortionEnergy, source: &SourceTriangle, images: [
         return f64::INFINITY;
     }
     let value = energy.value(jacobian.singular_values());
-    if value.is_finite() { value } else { f64::INFINITY }
+    if value.is_finite() {
+        value
+    } else {
+        f64::INFINITY
+    }
 }
 
 /// Expands the energy about `images`, whose area must be positive.
@@ -311,9 +315,14 @@ mod tests {
                 let expansion = expand(energy, &source, images);
                 let curvatures = energy.curvatures(source.jacobian(images).singular_values());
                 let convex = curvatures.twist > LEAST_CURVATURE
-                    && eigenpairs(curvatures.second).iter().all(|e| e.0 > LEAST_CURVATURE);
+                    && eigenpairs(curvatures.second)
+                        .iter()
+                        .all(|e| e.0 > LEAST_CURVATURE);
                 exact += usize::from(convex);
-                let size = expansion.hessian.iter().fold(1.0, |m: f64, g| m.max(g.abs()));
+                let size = expansion
+                    .hessian
+                    .iter()
+                    .fold(1.0, |m: f64, g| m.max(g.abs()));
                 for row in 0..6 {
                     let at = |by| expand(energy, &source, moved(images, row, by)).gradient;
                     let [above, below] = [at(step), at(-step)];

@@ -6,16 +6,19 @@
 //! ([`system`]) and the line search know nothing of each other.
 
 mod collapse;
+mod contacts;
 mod energy;
 mod insertion;
 mod newton;
 mod objective;
+mod rim;
 mod start;
 mod system;
 
 use glam::DVec2;
 use serde::Serialize;
 
+use self::contacts::{Apart, Boundary};
 use self::newton::{Goal, descend};
 use self::objective::{Objective, Triangles};
 use self::start::{Disk, start};
@@ -31,7 +34,7 @@ use crate::tolerance::{HOLE_IMPORTANCE, INJECTIVE_GAIN};
 use crate::watch::Watch;
 
 pub use energy::DistortionEnergy;
-pub use newton::{Descent, DescentStep};
+pub use newton::{Descent, NewtonStep};
 
 /// How a map without flips is made.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -40,6 +43,8 @@ pub struct InjectiveOptions {
     pub energy: DistortionEnergy,
     /// The descent ends when the next step promises to gain less than this share of the energy.
     pub least_gain: f64,
+    /// Whether parts of the map may lie over each other.
+    pub overlap: Overlap,
     /// Most steps of the descent of the whole map. A map stopped early has no flips either.
     pub iterations: usize,
 }
@@ -49,9 +54,22 @@ impl Default for InjectiveOptions {
         Self {
             energy: DistortionEnergy::default(),
             least_gain: INJECTIVE_GAIN,
+            overlap: Overlap::default(),
             iterations: 100,
         }
     }
+}
+
+/// Whether parts of a map without flips may lie over each other.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Overlap {
+    /// As it comes: each triangle has its own place beside its neighbours, but parts of the boundary
+    /// may reach over others.
+    #[default]
+    Allowed,
+    /// The map is one to one.
+    Forbidden,
 }
 
 /// What may move.
@@ -77,7 +95,11 @@ pub struct InjectiveMap {
 }
 
 /// Lays a patch down without a flipped or collapsed triangle, with its boundary free and the energy
-/// at a minimum. Holes are left open. Parts of the boundary may overlap each other.
+/// at a minimum. Holes are left open.
+///
+/// With [`Overlap::Forbidden`] the map is one to one. It is first made as if overlaps were allowed;
+/// only if there are some, it is made again from the start with boundaries that push each other
+/// away.
 ///
 /// Cost: near-linear. Some ten Newton steps on the whole mesh, each a Cholesky factorisation with two
 /// unknowns for each vertex, and about half as much for the coarser maps before.
@@ -90,16 +112,37 @@ pub fn injective_map(
     watch: &Watch,
 ) -> Result<InjectiveMap, FlattenError> {
     let _stage = watch.stage("map without flips");
-    let mut places = start(&filled_disk(patch)?, options.energy, watch)?;
-    places.truncate(patch.mesh().vertex_count());
-    let fixed = vec![false; places.len()];
-    finish(patch, places, fixed, options, watch)
+    let disk = filled_disk(patch)?;
+    let lay = |overlap| -> Result<InjectiveMap, FlattenError> {
+        let mut places = start(&disk, options.energy, overlap, watch)?;
+        places.truncate(patch.mesh().vertex_count());
+        let fixed = vec![false; places.len()];
+        let options = InjectiveOptions {
+            overlap,
+            ..*options
+        };
+        finish(patch, places, fixed, &options, watch)
+    };
+    let map = lay(Overlap::Allowed)?;
+    if options.overlap == Overlap::Allowed || is_one_to_one(patch, &map.map) {
+        return Ok(map);
+    }
+    lay(Overlap::Forbidden)
 }
 
-/// Lowers the energy of a map without flips, which stays so.
+/// Whether a map without flips is one to one. Exact.
+fn is_one_to_one(patch: &Patch, map: &FlatMap) -> bool {
+    let corners: Vec<_> = triangle_corners(patch).collect();
+    let points = patch.unit_surface().positions().as_slice();
+    Boundary::new(&corners, points).is_simple(map.uv.as_slice())
+}
+
+/// Lowers the energy of a map without flips, which stays so; with [`Overlap::Forbidden`] also one
+/// that is one to one.
 ///
 /// # Errors
-/// [`FlattenError::StartFlipped`] if the map has flips; else as [`injective_map`].
+/// [`FlattenError::StartFlipped`] if the map has flips, [`FlattenError::StartOverlaps`] if overlaps
+/// are forbidden and it has some; else as [`injective_map`].
 pub fn improve_map(
     patch: &Patch,
     uv: &PerVertex<DVec2>,
@@ -133,16 +176,7 @@ fn finish(
         let scale = triangles.best_scale(&places);
         places.iter_mut().for_each(|place| *place *= scale);
     }
-    let points = patch.unit_surface().positions().as_slice();
-    let descent = {
-        let _stage = watch.stage("descend");
-        let mut system = NewtonSystem::new(triangles.corners(), points, fixed)?;
-        let goal = Goal {
-            gain: options.least_gain,
-            iterations: options.iterations,
-        };
-        descend(&triangles, &mut system, &mut places, goal, watch)?
-    };
+    let descent = descended(patch, &triangles, &mut places, fixed, options, watch)?;
     if !descent.converged {
         let message = format!(
             "the energy could still be lowered after {} steps",
@@ -165,6 +199,31 @@ fn finish(
     })
 }
 
+fn descended(
+    patch: &Patch,
+    triangles: &Triangles,
+    places: &mut Vec<DVec2>,
+    fixed: Vec<bool>,
+    options: &InjectiveOptions,
+    watch: &Watch,
+) -> Result<Descent, FlattenError> {
+    let _stage = watch.stage("descend");
+    let points = patch.unit_surface().positions().as_slice();
+    let mut system = NewtonSystem::new(triangles.corners(), points, fixed)?;
+    let goal = Goal {
+        gain: options.least_gain,
+        iterations: options.iterations,
+    };
+    if options.overlap == Overlap::Allowed {
+        return Ok(descend(triangles, &mut system, places, goal, watch)?);
+    }
+    let apart = Apart::new(triangles, points);
+    if !apart.is_simple(places) {
+        return Err(FlattenError::StartOverlaps);
+    }
+    Ok(descend(&apart, &mut system, places, goal, watch)?)
+}
+
 /// The patch with its holes closed.
 fn filled_disk(patch: &Patch) -> Result<Disk, FlattenError> {
     let holes: Vec<BoundaryLoopId> = patch.holes().collect();
@@ -175,8 +234,14 @@ fn filled_disk(patch: &Patch) -> Result<Disk, FlattenError> {
         if of_patch { 1.0 } else { HOLE_IMPORTANCE }
     };
     Ok(Disk {
-        triangles: mesh.faces().map(|face| mesh.triangle(face).map(|v| v.0)).collect(),
-        on_boundary: mesh.vertices().map(|v| mesh.is_boundary_vertex(v)).collect(),
+        triangles: mesh
+            .faces()
+            .map(|face| mesh.triangle(face).map(|v| v.0))
+            .collect(),
+        on_boundary: mesh
+            .vertices()
+            .map(|v| mesh.is_boundary_vertex(v))
+            .collect(),
         importance: (0..mesh.face_count()).map(importance).collect(),
         points: domain.coordinates,
     })
@@ -189,7 +254,6 @@ fn triangles_of(
     watch: &Watch,
 ) -> Result<Triangles, FlattenError> {
     let domain = Domain::conformal(patch, Triangulation::Given, watch)?;
-    let mesh = patch.mesh();
     let (sources, weights): (Vec<_>, Vec<_>) = domain
         .triangulation()
         .shapes()
@@ -197,7 +261,17 @@ fn triangles_of(
         .filter_map(|shape| SourceTriangle::from_lengths(shape.lengths()))
         .map(|source| (source, source.area()))
         .unzip();
-    let corners: Vec<_> = mesh.faces().map(|face| mesh.triangle(face).map(|VertexId(v)| v)).collect();
-    debug_assert_eq!(corners.len(), sources.len(), "mollified triangles have shapes");
+    let corners: Vec<_> = triangle_corners(patch).collect();
+    debug_assert_eq!(
+        corners.len(),
+        sources.len(),
+        "mollified triangles have shapes"
+    );
     Ok(Triangles::new(energy, corners, sources, weights))
+}
+
+fn triangle_corners(patch: &Patch) -> impl Iterator<Item = [u32; 3]> {
+    let mesh = patch.mesh();
+    mesh.faces()
+        .map(|face| mesh.triangle(face).map(|VertexId(vertex)| vertex))
 }

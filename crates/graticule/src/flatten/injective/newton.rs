@@ -23,7 +23,7 @@ pub(super) struct Goal {
 
 /// One step of a descent.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct DescentStep {
+pub struct NewtonStep {
     /// The energy before the step: the mean over the surface.
     pub energy: f64,
     /// The largest derivative of the energy by the place of a vertex, in unit lengths.
@@ -40,7 +40,7 @@ pub struct Descent {
     /// Whether the expected gain fell below the goal, or nothing but rounding was left to gain.
     pub converged: bool,
     /// The steps.
-    pub history: Vec<DescentStep>,
+    pub history: Vec<NewtonStep>,
     /// Largest relative residual of a linear system.
     pub residual: f64,
 }
@@ -74,7 +74,12 @@ pub(super) fn descend(
                 slope: direction.slope,
             };
             if let Some(found) = search.run(energy) {
-                descent.history.push(DescentStep { energy, gradient, expected_gain, step: found.step });
+                descent.history.push(NewtonStep {
+                    energy,
+                    gradient,
+                    expected_gain,
+                    step: found.step,
+                });
                 (*places, energy) = (found.places, found.energy);
                 continue;
             }
@@ -82,7 +87,12 @@ pub(super) fn descend(
             descent.converged = true;
             step = 0.0;
         }
-        descent.history.push(DescentStep { energy, gradient, expected_gain, step });
+        descent.history.push(NewtonStep {
+            energy,
+            gradient,
+            expected_gain,
+            step,
+        });
         break;
     }
     Ok(descent)
@@ -112,7 +122,11 @@ impl<O: Objective> Search<'_, O> {
             let places: Vec<DVec2> = pairs.map(|(&p, &d)| p + d * step).collect();
             let value = self.objective.value(&places);
             if value <= energy + SUFFICIENT_DECREASE * step * self.slope && value < energy {
-                return Some(Found { step, places, energy: value });
+                return Some(Found {
+                    step,
+                    places,
+                    energy: value,
+                });
             }
             step *= 0.5;
         }

@@ -96,7 +96,10 @@ impl Objective for Triangles {
 
     fn first_obstacle(&self, places: &[DVec2], step: &[DVec2]) -> f64 {
         let steps = self.images(step);
-        let times = self.images(places).zip(steps).map(|(p, s)| collapse_time(p, s));
+        let times = self
+            .images(places)
+            .zip(steps)
+            .map(|(p, s)| collapse_time(p, s));
         times.fold(f64::INFINITY, f64::min)
     }
 }

@@ -13,11 +13,14 @@ use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 
+use super::Overlap;
 use super::collapse::{Coarsening, Collapse};
+use super::contacts::Apart;
 use super::energy::DistortionEnergy;
 use super::insertion::Star;
 use super::newton::{Goal, descend};
 use super::objective::{Objective, Triangles};
+use super::rim::Rim;
 use super::system::NewtonSystem;
 use crate::flatten::FlattenError;
 use crate::measure::SourceTriangle;
@@ -47,10 +50,12 @@ pub(super) struct Disk {
     pub(super) importance: Vec<f64>,
 }
 
-/// Lays the disk down without a flip; the places are near a minimum of the energy.
+/// Lays the disk down without a flip; the places are near a minimum of the energy. With overlap
+/// forbidden, the boundary does not meet itself either.
 pub(super) fn start(
     disk: &Disk,
     energy: DistortionEnergy,
+    overlap: Overlap,
     watch: &Watch,
 ) -> Result<Vec<DVec2>, FlattenError> {
     let stage = watch.stage("coarsen");
@@ -62,6 +67,8 @@ pub(super) fn start(
         disk,
         energy,
         places: vec![DVec2::ZERO; disk.points.len()],
+        rim: None,
+        overlap,
         coarse,
     };
     while !refinement.lay_coarsest()? {
@@ -83,7 +90,11 @@ pub(super) fn start(
 
 /// Takes vertices away until `target` are left or none can go; returns after how many collapses
 /// the map should be relaxed on the way back.
-fn coarsen(coarse: &mut Coarsening, target: usize, watch: &Watch) -> Result<Vec<usize>, FlattenError> {
+fn coarsen(
+    coarse: &mut Coarsening,
+    target: usize,
+    watch: &Watch,
+) -> Result<Vec<usize>, FlattenError> {
     let mut pauses = vec![coarse.collapse_count()];
     let mut size = coarse.vertex_count();
     while coarse.vertex_count() > target && coarse.round() > 0 {
@@ -102,6 +113,9 @@ struct Refinement<'a> {
     /// By vertices of the disk; those that are gone have none worth the name.
     places: Vec<DVec2>,
     coarse: Coarsening,
+    overlap: Overlap,
+    /// The boundary, where it must not meet itself.
+    rim: Option<Rim>,
 }
 
 impl Refinement<'_> {
@@ -116,15 +130,27 @@ impl Refinement<'_> {
             .map(|&side| mesh.origin(side).0 as usize)
             .collect();
         let angle = |step: usize| TAU * step as f64 / rim.len() as f64;
-        let circle = (0..rim.len()).map(|step| DVec2::new(libm::cos(angle(step)), libm::sin(angle(step))));
+        let circle =
+            (0..rim.len()).map(|step| DVec2::new(libm::cos(angle(step)), libm::sin(angle(step))));
         let circle: Vec<DVec2> = circle.collect();
         let edges = mesh.edges().map(|edge| {
             let ends = mesh.ends(mesh.edge_halfedge(edge));
             (ends.map(|end| end.0 as usize), 1.0)
         });
         let laplacian = SymmetricMatrix::laplacian(vertices.len(), edges)?;
-        let values: Vec<f64> = circle.iter().map(|p| p.x).chain(circle.iter().map(|p| p.y)).collect();
-        let solution = DirichletSystem::new(&laplacian, &rim, Placement::unknown())?.solve(&values)?;
+        let values: Vec<f64> = circle
+            .iter()
+            .map(|p| p.x)
+            .chain(circle.iter().map(|p| p.y))
+            .collect();
+        if self.overlap == Overlap::Forbidden {
+            self.rim = Some(Rim::new(
+                rim.iter().map(|&index| vertices[index]),
+                self.places.len(),
+            ));
+        }
+        let solution =
+            DirichletSystem::new(&laplacian, &rim, Placement::unknown())?.solve(&values)?;
         let [x, y] = [0, 1].map(|column| &solution.values[column * vertices.len()..]);
         for (index, &vertex) in vertices.iter().enumerate() {
             self.places[vertex as usize] = DVec2::new(x[index], y[index]);
@@ -136,7 +162,11 @@ impl Refinement<'_> {
 
     /// The vertices still there, ascending, and the triangles by their numbers among them.
     fn compact(&self) -> (Vec<u32>, Vec<[u32; 3]>) {
-        let corners: Vec<_> = self.coarse.triangles().map(|t| self.coarse.triangle(t)).collect();
+        let corners: Vec<_> = self
+            .coarse
+            .triangles()
+            .map(|t| self.coarse.triangle(t))
+            .collect();
         let mut numbers = vec![u32::MAX; self.places.len()];
         for &vertex in corners.iter().flatten() {
             numbers[vertex as usize] = 0;
@@ -148,15 +178,25 @@ impl Refinement<'_> {
                 vertices.push(vertex);
             }
         }
-        let triangles = corners.into_iter().map(|t| t.map(|vertex| numbers[vertex as usize]));
+        let triangles = corners
+            .into_iter()
+            .map(|t| t.map(|vertex| numbers[vertex as usize]));
         (vertices, triangles.collect())
     }
 
     /// The energy of the triangles still there, and the points of the vertices.
     fn objective(&self, vertices: &[u32], corners: Vec<[u32; 3]>) -> (Triangles, Vec<DVec3>) {
-        let points: Vec<DVec3> = vertices.iter().map(|&v| self.disk.points[v as usize]).collect();
-        let importance = self.coarse.triangles().map(|t| self.disk.importance[t as usize]);
-        let shapes = corners.iter().map(|t| shape(t.map(|vertex| points[vertex as usize])));
+        let points: Vec<DVec3> = vertices
+            .iter()
+            .map(|&v| self.disk.points[v as usize])
+            .collect();
+        let importance = self
+            .coarse
+            .triangles()
+            .map(|t| self.disk.importance[t as usize]);
+        let shapes = corners
+            .iter()
+            .map(|t| shape(t.map(|vertex| points[vertex as usize])));
         let (sources, weights): (Vec<_>, Vec<_>) = shapes
             .zip(importance)
             .map(|(source, importance)| (source, source.area() * importance))
@@ -174,7 +214,13 @@ impl Refinement<'_> {
         places.iter_mut().for_each(|place| *place *= scale);
         let fixed = vec![false; points.len()];
         let mut system = NewtonSystem::new(triangles.corners(), &points, fixed)?;
-        descend(&triangles, &mut system, &mut places, RELAXED, watch)?;
+        match self.overlap {
+            Overlap::Allowed => descend(&triangles, &mut system, &mut places, RELAXED, watch)?,
+            Overlap::Forbidden => {
+                let apart = Apart::new(&triangles, &points);
+                descend(&apart, &mut system, &mut places, RELAXED, watch)?
+            }
+        };
         for (&vertex, place) in vertices.iter().zip(places) {
             self.places[vertex as usize] = place;
         }
@@ -195,39 +241,74 @@ impl Refinement<'_> {
         Ok(())
     }
 
-    fn place(&self, collapse: &Collapse) -> Option<DVec2> {
+    fn place(&mut self, collapse: &Collapse) -> Option<DVec2> {
         let link = self.coarse.link(collapse);
         let point = |vertex: u32| self.disk.points[vertex as usize];
         let at = |vertex: u32| self.places[vertex as usize];
-        let sources = link.iter().map(|&[a, b]| shape([collapse.vertex, a, b].map(point)));
+        let sources = link
+            .iter()
+            .map(|&[a, b]| shape([collapse.vertex, a, b].map(point)));
         let sources: Vec<_> = sources.collect();
-        let importance = collapse.star.iter().map(|&t| self.disk.importance[t as usize]);
-        let weights: Vec<f64> = sources.iter().zip(importance).map(|(s, i)| s.area() * i).collect();
+        let importance = collapse
+            .star
+            .iter()
+            .map(|&t| self.disk.importance[t as usize]);
+        let weights: Vec<f64> = sources
+            .iter()
+            .zip(importance)
+            .map(|(s, i)| s.area() * i)
+            .collect();
         let star = Star {
             sides: link.iter().map(|side| side.map(at)).collect(),
             sources,
             weights: &weights,
             energy: self.energy,
         };
-        let target = at(collapse.target);
-        let place = if self.coarse.is_on_boundary(collapse.vertex) {
-            let other = other_end(&link, collapse.target)?;
-            if link.len() == 1 {
-                star.outer_place()
-            } else {
-                star.boundary_place(target, at(other))
-            }
+        if self.coarse.is_on_boundary(collapse.vertex) {
+            self.place_on_boundary(collapse, &link, &star)
         } else {
-            star.inner_place(target)
+            star.inner_place(at(collapse.target))
+                .map(|place| star.improved(place))
+        }
+    }
+
+    fn place_on_boundary(
+        &mut self,
+        collapse: &Collapse,
+        link: &[[u32; 2]],
+        star: &Star<'_>,
+    ) -> Option<DVec2> {
+        let other = other_end(link, collapse.target)?;
+        let ends = [collapse.target, other].map(|vertex| self.places[vertex as usize]);
+        let Some(rim) = &mut self.rim else {
+            let place = if link.len() == 1 {
+                star.outer_place(|_| true)
+            } else {
+                star.boundary_place(ends[0], ends[1])
+            };
+            return place.map(|place| star.improved(place));
         };
-        Some(star.improved(place?))
+        let is_clear = |place| rim.is_clear([collapse.target, other], place, &self.places);
+        let place = if link.len() == 1 {
+            star.outer_place(is_clear)
+        } else {
+            star.boundary_place(ends[0], ends[1])
+                .filter(|&place| is_clear(place))
+        }?;
+        let improved = star.improved(place);
+        let place = if is_clear(improved) { improved } else { place };
+        rim.insert(collapse.vertex, [collapse.target, other]);
+        Some(place)
     }
 }
 
 /// The boundary neighbour other than `target`: the links of a boundary vertex form a path.
 fn other_end(link: &[[u32; 2]], target: u32) -> Option<u32> {
     let once = |vertex: &u32| link.iter().flatten().filter(|v| *v == vertex).count() == 1;
-    link.iter().flatten().copied().find(|vertex| *vertex != target && once(vertex))
+    link.iter()
+        .flatten()
+        .copied()
+        .find(|vertex| *vertex != target && once(vertex))
 }
 
 /// The shape of a triangle in space at unit extent. Where coarsening left it none, any will do: it

@@ -61,7 +61,9 @@ impl NewtonSystem {
         });
         Ok(Self {
             slots: slots.collect(),
-            diagonal: (0..unknowns).map(|unknown| slot(unknown, unknown)).collect(),
+            diagonal: (0..unknowns)
+                .map(|unknown| slot(unknown, unknown))
+                .collect(),
             hessian: vec![0.0; places.entries()],
             gradient: vec![DVec2::ZERO; points.len()],
             symbolic,
@@ -131,7 +133,12 @@ impl NewtonSystem {
         let solution = factor.solve(&forces)?;
         let pairs = solution.values.chunks_exact(2);
         let step: Vec<DVec2> = pairs.map(DVec2::from_slice).collect();
-        let slope = self.gradient.iter().zip(&step).map(|(g, s)| g.dot(*s)).sum();
+        let slope = self
+            .gradient
+            .iter()
+            .zip(&step)
+            .map(|(g, s)| g.dot(*s))
+            .sum();
         Ok(Direction {
             step,
             slope,
@@ -158,7 +165,12 @@ impl NewtonSystem {
                 slot += 1;
             }
         }
-        for (gradient, _) in self.gradient.iter_mut().zip(&self.fixed).filter(|(_, f)| **f) {
+        for (gradient, _) in self
+            .gradient
+            .iter_mut()
+            .zip(&self.fixed)
+            .filter(|(_, f)| **f)
+        {
             *gradient = DVec2::ZERO;
         }
     }
@@ -176,10 +188,7 @@ fn lower_entries() -> impl Iterator<Item = [usize; 2]> {
 }
 
 /// A zero at every place that vertices and edges of the triangles couple.
-fn pattern(
-    triangles: &[[u32; 3]],
-    vertices: usize,
-) -> impl Iterator<Item = (usize, usize, f64)> {
+fn pattern(triangles: &[[u32; 3]], vertices: usize) -> impl Iterator<Item = (usize, usize, f64)> {
     let mut edges: Vec<[u32; 2]> = triangles
         .iter()
         .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
