@@ -249,3 +249,43 @@ pub const ANGLE_SUM: f64 = 1e-6;
 ///
 /// Shorter ones would crowd the triangles behind them; negative ones would fold the boundary.
 pub const LEAST_CLOSING_SHARE: f64 = 0.1;
+/// Least curvature of a triangle's energy, per area, for any change of its map's matrix.
+///
+/// Energies of isometric maps have curvatures of 2 to 8. This one is what keeps the Newton matrix
+/// definite where the energy does not see a change, as a turn of the whole map.
+pub const LEAST_CURVATURE: f64 = 1e-6;
+
+/// Share of the way to the first collapse of a triangle that a step may go.
+///
+/// A tenth of the area is left at most ways; further shares only make the next step harder.
+pub const SHARE_TO_COLLAPSE: f64 = 0.9;
+
+/// What a step must gain of the decrease that the gradient foretells (Armijo's rule).
+pub const SUFFICIENT_DECREASE: f64 = 1e-4;
+
+/// Damping of a Newton matrix that is not definite to rounding, as a share of its diagonal; raised
+/// a thousandfold until it is.
+pub const NEWTON_DAMPING: f64 = 1e-12;
+
+/// Side, at unit extent, given to a triangle all of whose corners fell together when a patch was
+/// made coarse: shorter than anything that shows, with squares far from underflow.
+pub const SHORTEST_SIDE: f64 = 1e-9;
+
+/// How much a triangle that closes a hole counts beside one of the surface.
+///
+/// Only its sign matters; at a hundredth it does not pull at the rim.
+pub const HOLE_IMPORTANCE: f64 = 1e-2;
+
+/// Share of the energy that the next Newton step must promise for the descent to go on.
+///
+/// Half a millionth: the fifth digit of a mean distortion stands.
+pub const INJECTIVE_GAIN: f64 = 1e-6;
+
+/// Share of the length of boundary edges within which boundaries push each other away.
+///
+/// Neighbouring vertices, an edge apart, do not notice each other; a gap of this width shows at the
+/// scale of single triangles only.
+pub const BARRIER_REACH: f64 = 0.25;
+
+/// What the push of boundaries counts beside the distortion of an area as wide as their gap.
+pub const BARRIER_WEIGHT: f64 = 1.0;

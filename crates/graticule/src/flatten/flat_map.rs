@@ -40,6 +40,8 @@ pub enum Method {
     BoundaryOptimal,
     /// [`target_map`](super::target_map).
     BoundaryTarget,
+    /// [`injective_map`](super::injective_map) or [`improve_map`](super::improve_map).
+    Injective,
 }
 
 /// Triangles of a map that are not laid down as they should be. Exact: the signs are those of the

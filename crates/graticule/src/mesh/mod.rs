@@ -6,6 +6,7 @@
 
 mod coincidence;
 mod corner_table;
+mod cutting;
 mod defects;
 mod disjoint_sets;
 mod element;
@@ -30,7 +31,9 @@ mod triangle_mesh;
 mod usable;
 
 pub use corner_table::CornerTable;
+pub use cutting::{CutSurface, cut_along};
 pub use defects::{Defects, Finding, Severity};
+pub(crate) use disjoint_sets::DisjointSets;
 pub use element::{Element, PerComponent, PerCorner, PerEdge, PerElement, PerFace, PerVertex};
 pub use error::MeshError;
 pub use id::{BoundaryLoopId, ComponentId, EdgeId, FaceId, HalfedgeId, VertexId};
