@@ -191,3 +191,28 @@ pub const GUIDE_SLANT: f64 = 1e-6;
 /// Rounding of the turns along a boundary of a million edges stays below 1e-9; the smallest real
 /// miss is a quarter.
 pub const INDEX_ROUNDING: f64 = 1e-6;
+
+/// Weight, against those of edges near 1, with which an angle keeps its value where nothing else
+/// determines it: the common angle of a component that nothing guides.
+///
+/// It bends a field by a millionth of its turns, and leaves the solution ten digits.
+pub const ANGLE_ANCHOR: f64 = 1e-6;
+
+/// Least and greatest weight of an edge where directions are carried along the surface's own
+/// triangles. The weights of good triangles are near one half; that of an obtuse corner is negative,
+/// that of a needle has no bound.
+pub const EDGE_WEIGHT_RANGE: [f64; 2] = [0.02, 50.0];
+
+/// Share of a step by which a field may turn along an edge where its jumps are prescribed. At half
+/// a step the jump would be another one; the margin is for those who compute it again.
+pub const WIDEST_TURN: f64 = 0.49;
+
+/// Step of a field's diffusion, in mean vertex areas: long enough to carry directions over some ten
+/// edges a step, short enough that the normalisation keeps up.
+pub const DIFFUSION_STEP: f64 = 0.02;
+
+/// How much longer than its radius the paths along edges may be that make up a geodesic disk.
+///
+/// They are up to 15 % longer than the surface's own distances on good triangles, and longer still
+/// on slanted ones; the way round the rim of a wall as thin as the radius is twice as long.
+pub const DISK_DETOUR: f64 = 1.3;

@@ -2,6 +2,7 @@ use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 use crate::mesh::{Element, Surface, VertexId};
+use crate::tolerance::DISK_DETOUR;
 
 /// A vertex of a geodesic disk.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,7 +15,7 @@ pub(super) struct DiskVertex {
 /// Finds the vertices around a vertex, again and again, without allocating anew.
 ///
 /// A vertex is in the disk if a path along edges inside the ball leads to it that is at most
-/// [`DETOUR`] radii long: that keeps the other side of a thin wall out. Paths along edges are up to
+/// [`DISK_DETOUR`] radii long: that keeps the other side of a thin wall out. Paths along edges are up to
 /// 15 % longer than the surface's own distances, and longer in some directions than in others; the
 /// straight distance, which decides on the weights, has no such bias.
 pub(super) struct DiskFinder<'a> {
@@ -23,8 +24,6 @@ pub(super) struct DiskFinder<'a> {
     heap: BinaryHeap<Near>,
     touched: Vec<VertexId>,
 }
-
-const DETOUR: f64 = 1.3;
 
 impl<'a> DiskFinder<'a> {
     pub(super) fn new(surface: &'a Surface) -> Self {
@@ -84,7 +83,7 @@ impl<'a> DiskFinder<'a> {
         for neighbor in surface.mesh().neighbors(vertex) {
             let there = surface.position(neighbor);
             let longer = path + there.distance(here);
-            if longer <= DETOUR * radius && there.distance(origin) <= radius {
+            if longer <= DISK_DETOUR * radius && there.distance(origin) <= radius {
                 self.reach(neighbor, longer);
             }
         }

@@ -45,8 +45,11 @@ pub(crate) struct Options {
     boundary: Boundary,
     /// Distance, in mean edge lengths, up to which singularities of opposite sign cancel; 0 for
     /// none
-    #[arg(long, value_name = "N", default_value_t = 3.0, value_parser = parse_length)]
+    #[arg(long, value_name = "N", default_value_t = 6.0, value_parser = parse_length)]
     cancel: f64,
+    /// The same in the unit of the mesh, for quads of a known size; the larger of the two counts
+    #[arg(long, value_name = "LENGTH", default_value_t = 0.0, value_parser = parse_size)]
+    cancel_length: f64,
     /// Radius, in mean edge lengths, that curvature is averaged over; 0 to follow none
     #[arg(long, value_name = "R", default_value_t = 3.0, value_parser = parse_length)]
     curvature_radius: f64,
@@ -103,6 +106,7 @@ impl Options {
                 ..default.features
             },
             cancel_distance: self.cancel,
+            cancel_length: self.cancel_length,
             curl_correction: self.curl_correction.then(|| CurlOptions {
                 range: self.curl_range.or(CurlOptions::default().range),
             }),
@@ -136,6 +140,14 @@ fn parse_degrees(text: &str) -> Result<f64, String> {
 
 fn parse_length(text: &str) -> Result<f64, String> {
     parse_number(text, |x| (0.0..=1e6).contains(&x), "from 0 to 1e6")
+}
+
+fn parse_size(text: &str) -> Result<f64, String> {
+    parse_number(
+        text,
+        |x| (0.0..=f64::MAX).contains(&x),
+        "0 or above, finite",
+    )
 }
 
 fn parse_factor(text: &str) -> Result<f64, String> {
