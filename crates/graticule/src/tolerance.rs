@@ -216,3 +216,15 @@ pub const DIFFUSION_STEP: f64 = 0.02;
 /// They are up to 15 % longer than the surface's own distances on good triangles, and longer still
 /// on slanted ones; the way round the rim of a wall as thin as the radius is twice as long.
 pub const DISK_DETOUR: f64 = 1.3;
+
+/// Distance of a stroke from a vertex, in mean edge lengths, up to which it says something of the
+/// field there. One on the surface is within one edge length even of coarse places.
+pub const STROKE_REACH: f64 = 2.0;
+
+/// Distance from the ends of an edge, over its length, that lines crossing it keep, so that they
+/// cross one edge at a time and never meet a vertex: invisible, and far above rounding.
+pub const EDGE_END: f64 = 1e-9;
+
+/// Share of a step by which a field may turn along an edge for its jump to be read off its angles:
+/// above what is aimed at, below half a step by far more than rounding.
+pub const WIDEST_TURN_READ: f64 = 0.499;

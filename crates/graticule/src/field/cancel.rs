@@ -1,14 +1,14 @@
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Serialize;
 
 use super::angle_fit::AngleFit;
-use super::disk::DiskFinder;
+use super::disk::{DiskFinder, EdgeGraph};
 use super::face_path::{End, FacePath, FacePathFinder};
 use super::matching::Matching;
 use super::{CrossField, FieldDomain, FieldError, Guidance};
-use crate::mesh::{FaceId, HalfedgeId, PerFace, PerVertex, VertexId};
-use crate::tolerance::WIDEST_TURN;
+use crate::mesh::{DisjointSets, FaceId, HalfedgeId, PerFace, PerVertex, VertexId};
+use crate::tolerance::WIDEST_TURN_READ;
 use crate::watch::Watch;
 
 /// What [`FieldDomain::cancel_close_pairs`] did.
@@ -36,7 +36,7 @@ impl FieldDomain<'_> {
     /// Lets singularities of opposite sign within a distance of each other cancel, nearest first.
     ///
     /// One step of the index is carried from the one to the other along the shortest path, and the
-    /// angles around both are found anew for the jumps changed by that; further away the field stays
+    /// angles around both (and around all pairs that touch them) are found anew for the jumps changed by that; further away the field stays
     /// as it is. It still follows its guidance as far as it can without the pair. A pair stays where
     /// a hard line runs between the two, or where the field would have to turn too fast.
     ///
@@ -53,15 +53,16 @@ impl FieldDomain<'_> {
     ) -> Result<(CrossField, Cancellation), FieldError> {
         let _stage = watch.stage("cancelling pairs");
         let before = self.singularities(&field).count();
-        let mut run = Canceller::new(self, &field, guidance, options);
+        let graph = EdgeGraph::of(self.surface());
+        let mut run = Canceller::new(self, &field, guidance, options, &graph);
         loop {
             let pairs = run.untried_pairs();
             if pairs.is_empty() {
                 break;
             }
-            for pair in pairs {
+            for group in run.groups(pairs) {
                 watch.check()?;
-                run.try_pair(&pair)?;
+                run.try_group(&group)?;
             }
         }
         let symmetry = field.symmetry();
@@ -92,6 +93,12 @@ struct Pair {
     path: FacePath,
 }
 
+/// A pair with the vertices around it at which the field is to change.
+struct Candidate {
+    pair: Pair,
+    region: Vec<VertexId>,
+}
+
 struct Canceller<'a> {
     domain: &'a FieldDomain<'a>,
     guidance: &'a Guidance,
@@ -112,6 +119,7 @@ impl<'a> Canceller<'a> {
         field: &CrossField,
         guidance: &'a Guidance,
         options: &CancelOptions,
+        graph: &'a EdgeGraph<'a>,
     ) -> Self {
         let matching = Matching::nearest(domain, field);
         let step = field.symmetry().step();
@@ -126,7 +134,7 @@ impl<'a> Canceller<'a> {
             matching,
             tried: BTreeSet::new(),
             paths: FacePathFinder::new(domain.surface()),
-            disks: DiskFinder::new(domain.surface()),
+            disks: DiskFinder::new(graph),
         }
     }
 
@@ -163,27 +171,80 @@ impl<'a> Canceller<'a> {
         pairs
     }
 
-    /// Cancels a pair unless one of the two is gone, or the field cannot do without them.
-    fn try_pair(&mut self, pair: &Pair) -> Result<(), FieldError> {
-        if self.steps[pair.positive] <= 0 || self.steps[pair.negative] >= 0 {
-            return Ok(());
+    /// The pairs, none with a singularity of one before it, in groups whose regions do not touch.
+    fn groups(&mut self, pairs: Vec<Pair>) -> Vec<Vec<Candidate>> {
+        let mesh = self.domain.surface().mesh();
+        let mut candidates: Vec<Candidate> = Vec::new();
+        let mut taken = BTreeSet::new();
+        let mut owners = BTreeMap::<VertexId, u32>::new();
+        let mut together = DisjointSets::new(pairs.len());
+        for pair in pairs {
+            let ends = [pair.positive, pair.negative];
+            if ends.iter().any(|end| taken.contains(end)) {
+                continue;
+            }
+            taken.extend(ends);
+            self.tried.insert(ends);
+            let number = candidates.len() as u32;
+            let region = self.region(&pair);
+            for &vertex in &region {
+                for touched in std::iter::once(vertex).chain(mesh.neighbors(vertex)) {
+                    if let Some(&other) = owners.get(&touched) {
+                        together.join(number, other);
+                    }
+                }
+            }
+            owners.extend(region.iter().map(|&vertex| (vertex, number)));
+            candidates.push(Candidate { pair, region });
         }
-        self.tried.insert([pair.positive, pair.negative]);
-        let region = self.region(pair);
+        let mut groups = BTreeMap::<u32, Vec<Candidate>>::new();
+        for (number, candidate) in candidates.into_iter().enumerate() {
+            let group = groups.entry(together.find(number as u32)).or_default();
+            group.push(candidate);
+        }
+        groups.into_values().collect()
+    }
+
+    /// Cancels all pairs of a group at once, so that what is symmetric stays so; if that cannot be,
+    /// one after the other.
+    fn try_group(&mut self, group: &[Candidate]) -> Result<(), FieldError> {
+        if !self.try_pairs(group)? && group.len() > 1 {
+            for single in group {
+                self.try_pairs(std::slice::from_ref(single))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Cancels pairs, unless the field cannot do without one of them; whether it could.
+    fn try_pairs(&mut self, group: &[Candidate]) -> Result<bool, FieldError> {
+        let mut region: Vec<VertexId> = group.iter().flat_map(|c| &c.region).copied().collect();
+        region.sort_unstable();
+        region.dedup();
         let mesh = self.domain.surface().mesh();
         let old: Vec<f64> = region.iter().map(|&vertex| self.angles[vertex]).collect();
-        self.matching.carry(mesh, &pair.path.crossed, 1);
+        for Candidate { pair, .. } in group {
+            self.matching.carry(mesh, &pair.path.crossed, 1);
+        }
         self.fit.fit(&mut self.angles, &self.matching, &region)?;
-        if self.turns_little(&region) {
-            self.steps[pair.positive] -= 1;
-            self.steps[pair.negative] += 1;
-        } else {
-            self.matching.carry(mesh, &pair.path.crossed, -1);
+        let crossed = group.iter().flat_map(|c| &c.pair.path.crossed);
+        let around = region.iter().flat_map(|&vertex| mesh.outgoing(vertex));
+        let sides = around.flat_map(|halfedge| [halfedge, halfedge.previous()]);
+        let could = self.turn_little(sides.chain(crossed.copied()));
+        for Candidate { pair, .. } in group {
+            if could {
+                self.steps[pair.positive] -= 1;
+                self.steps[pair.negative] += 1;
+            } else {
+                self.matching.carry(mesh, &pair.path.crossed, -1);
+            }
+        }
+        if !could {
             for (&vertex, angle) in region.iter().zip(old) {
                 self.angles[vertex] = angle;
             }
         }
-        Ok(())
+        Ok(could)
     }
 
     /// The vertices around both that are not held.
@@ -206,16 +267,14 @@ impl<'a> Canceller<'a> {
         region
     }
 
-    /// Whether no edge at these vertices turns so far that its jump would be read as another.
-    fn turns_little(&self, region: &[VertexId]) -> bool {
-        let mesh = self.domain.surface().mesh();
-        let sides = region.iter().flat_map(|&vertex| mesh.outgoing(vertex));
-        let mut sides = sides.flat_map(|halfedge| [halfedge, halfedge.previous()]);
+    /// Whether the field turns so little along these halfedges that its jumps are those that anyone
+    /// would read off its angles.
+    fn turn_little(&self, mut sides: impl Iterator<Item = HalfedgeId>) -> bool {
         sides.all(|side| {
             let turn = self
                 .matching
                 .turn(self.domain, &self.angles, self.step, side);
-            turn.abs() < (WIDEST_TURN + 0.005) * self.step
+            turn.abs() <= WIDEST_TURN_READ * self.step
         })
     }
 }

@@ -154,17 +154,13 @@ fn field_turning(
     triangulation: &IntrinsicTriangulation,
     field: &CrossField,
 ) -> (PerFace<Option<DVec2>>, usize) {
-    let step = field.symmetry();
     let mut singular = 0;
     let turning = PerFace::from_fn(triangulation.face_count(), |face: FaceId| {
-        let [at_a, at_b, at_c] = headings(triangulation, field, face);
-        let (to_b, _) = step.reduce(at_b - at_a);
-        let (to_c, _) = step.reduce(at_c - at_a);
-        let (between, _) = step.reduce(at_c - at_b);
-        if (to_c - to_b - between).abs() > 0.5 * step.step() {
+        let Some([at_a, at_b, at_c]) = matched_headings(triangulation, field, face) else {
             singular += 1;
             return None;
-        }
+        };
+        let (to_b, to_c) = (at_b - at_a, at_c - at_a);
         let shape = triangulation.shape(face);
         let [a, b, c] = shape.corners();
         let turned = (a - c).perp() * to_b + (b - a).perp() * to_c;
@@ -173,12 +169,20 @@ fn field_turning(
     (turning, singular)
 }
 
-/// The direction of the field at the three corners in the plane of the triangle.
-fn headings(triangulation: &IntrinsicTriangulation, field: &CrossField, face: FaceId) -> [f64; 3] {
+/// The direction of the field at the three corners in the plane of the triangle, in branches that
+/// differ least; `None` where they do not close round the triangle, because it is singular.
+pub(super) fn matched_headings(
+    triangulation: &IntrinsicTriangulation,
+    field: &CrossField,
+    face: FaceId,
+) -> Option<[f64; 3]> {
+    let symmetry = field.symmetry();
     let turns = turns_to_triangle(triangulation, face);
-    std::array::from_fn(|corner| {
-        turns[corner] + field.angle(triangulation.origin(face.halfedges()[corner]))
-    })
+    let corners = triangulation.triangle(face);
+    let [a, b, c] = std::array::from_fn(|k| turns[k] + field.angle(corners[k]));
+    let [to_b, to_c, between] = [b - a, c - a, c - b].map(|turn| symmetry.reduce(turn).0);
+    let closes = (to_c - to_b - between).abs() <= 0.5 * symmetry.step();
+    closes.then_some([a, a + to_b, a + to_c])
 }
 
 /// For each corner the angle that takes directions in the tangent plane of the vertex to those in

@@ -19,15 +19,15 @@ const FIXED: usize = usize::MAX;
 /// The quadratic form: smoothness, guidance and diffusion, and what is fixed.
 pub(super) struct System {
     pub(super) connection: ConnectionLaplacian,
-    smoothing: f64,
+    pub(super) smoothing: f64,
     /// Area of each vertex over the mean.
-    masses: PerVertex<f64>,
+    pub(super) masses: PerVertex<f64>,
     /// Sums of weights × targets and of weights, both with ρ and the areas in.
-    pulls: PerVertex<DVec2>,
-    weights: PerVertex<f64>,
+    pub(super) pulls: PerVertex<DVec2>,
+    pub(super) weights: PerVertex<f64>,
     fixed: PerVertex<Option<DVec2>>,
     /// The vertices that are not fixed, and for each vertex its place among them or [`FIXED`].
-    free: Vec<VertexId>,
+    pub(super) free: Vec<VertexId>,
     places: PerVertex<usize>,
 }
 
@@ -100,6 +100,11 @@ impl System {
             }
         }
         side
+    }
+
+    /// The place of a vertex among the free ones.
+    pub(super) fn place(&self, vertex: VertexId) -> Option<usize> {
+        Some(self.places[vertex]).filter(|&place| place != FIXED)
     }
 
     /// The unit vectors of all vertices, from those of the free ones.

@@ -51,6 +51,14 @@ pub enum FieldError {
         /// What it should be.
         euler_characteristic: i64,
     },
+    /// A stroke makes no sense.
+    #[error("stroke {number} {what}")]
+    Stroke {
+        /// The stroke, counted from 0.
+        number: usize,
+        /// What is wrong with it.
+        what: &'static str,
+    },
     /// A singularity is wanted in a triangle that there is not.
     #[error("a singularity is for triangle {}, but there are {count}", face.0)]
     NoSuchFace {
@@ -117,6 +125,9 @@ impl Hint for FieldError {
             Self::IndexSum { .. } => Some(
                 "repair the mesh first: 'graticule repair' removes triangles without area".into(),
             ),
+            Self::Stroke { .. } => {
+                Some("draw it on the surface, in the coordinates of the mesh".into())
+            }
             Self::NoSuchFace { count, .. } => Some(format!(
                 "triangles are numbered from 0 to {}",
                 count.saturating_sub(1)

@@ -198,7 +198,6 @@ mod tests {
         let found = FacePathFinder::new(&surface)
             .nearest(FaceId(0), 100.0, |_| true, |end| end == End::Face(goal))
             .unwrap();
-        assert_eq!(found.crossed.len(), 19);
         let mut face = FaceId(0);
         for &halfedge in &found.crossed {
             assert_eq!(halfedge.face(), face);

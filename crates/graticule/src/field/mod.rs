@@ -30,12 +30,15 @@ mod features;
 mod guidance;
 mod guide;
 mod matching;
+mod newton;
 mod options;
 mod prescribed;
 mod report;
 mod singularity;
 mod smoothing;
 mod stage;
+mod streamline;
+mod stroke;
 mod symmetry;
 mod tangent;
 
@@ -48,12 +51,15 @@ pub use error::FieldError;
 pub use features::feature_edges;
 pub use guidance::{Guidance, Strength};
 pub use guide::{Guide, GuidePlace};
+pub use newton::{NewtonOptions, smooth_field_by_newton};
 pub use options::{FeatureOptions, FieldOptions};
 pub use prescribed::{Prescription, SingularityPlan};
 pub use report::{FieldReport, IndexCount};
 pub use singularity::{Singularities, Singularity, rotations};
 pub use smoothing::{SmoothField, SmoothingOptions, SmoothingReport, smooth_field};
 pub use stage::{FieldResult, cross_field};
+pub use streamline::streamlines;
+pub use stroke::Stroke;
 pub use symmetry::Symmetry;
 
 #[cfg(test)]

@@ -2,7 +2,7 @@ use std::f64::consts::PI;
 
 use super::{
     CurlOptions, CurvatureOptions, FieldError, Guide, SingularityPlan, SmoothingOptions, Strength,
-    Symmetry,
+    Stroke, Symmetry,
 };
 use crate::mesh::EdgeId;
 
@@ -22,6 +22,8 @@ pub struct FieldOptions {
     pub features: FeatureOptions,
     /// Directions wished for; they win over boundary and features.
     pub guides: Vec<Guide>,
+    /// Lines on the surface to run along; they count as guides.
+    pub strokes: Vec<Stroke>,
     /// Distance, in mean edge lengths, up to which two singularities of opposite sign cancel; 0 for
     /// none.
     pub cancel_distance: f64,
@@ -47,6 +49,7 @@ impl Default for FieldOptions {
             boundary: Some(Strength::Soft(BOUNDARY_WEIGHT)),
             features: FeatureOptions::default(),
             guides: Vec::new(),
+            strokes: Vec::new(),
             cancel_distance: 6.0,
             cancel_length: 0.0,
             singularities: SingularityPlan::Found,

@@ -234,3 +234,181 @@ impl FieldDomain<'_> {
             .collect())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::{
+        FieldOptions, FieldResult, Guide, GuidePlace, Strength, Symmetry, cross_field,
+    };
+    use crate::mesh::Surface;
+    use graticule_fixtures::{Fixture, cube, disk, icosphere, torus};
+
+    fn surface(fixture: Fixture) -> Surface {
+        Surface::from_triangles(fixture.positions, &fixture.triangles).unwrap()
+    }
+
+    fn with_plan(
+        surface: &Surface,
+        symmetry: Symmetry,
+        plan: SingularityPlan,
+    ) -> Result<FieldResult, FieldError> {
+        let options = FieldOptions {
+            symmetry,
+            singularities: plan,
+            ..FieldOptions::default()
+        };
+        cross_field(surface, &options, &Watch::new())
+    }
+
+    fn given(list: &[(u32, i32)]) -> SingularityPlan {
+        let singular = list.iter().map(|&(face, steps)| Singularity {
+            face: FaceId(face),
+            steps,
+        });
+        SingularityPlan::Given(singular.collect())
+    }
+
+    fn found(result: &FieldResult) -> Vec<(u32, i32)> {
+        let faces = result.singularities.faces.iter();
+        faces.map(|s| (s.face.0, s.steps)).collect()
+    }
+
+    #[test]
+    fn prescribed_singularities_are_the_only_ones() {
+        let sphere = surface(icosphere(3));
+        let all: Vec<(u32, i32)> = (0..8).map(|k| (7 + 150 * k, 1)).collect();
+        let more: Vec<(u32, i32)> = (0..8)
+            .map(|k| (7 + 150 * k, 1))
+            .chain([(60, 1), (1000, -1)])
+            .collect();
+        for mut list in [all, more] {
+            let result = with_plan(&sphere, Symmetry::Cross, given(&list)).unwrap();
+            list.sort_unstable();
+            assert_eq!(found(&result), list);
+        }
+        for (symmetry, list) in [
+            (Symmetry::Line, vec![(3, 1), (300, 1), (600, 1), (900, 1)]),
+            (Symmetry::Vector, vec![(3, 1), (900, 1)]),
+        ] {
+            let result = with_plan(&sphere, symmetry, given(&list)).unwrap();
+            assert_eq!(found(&result), list);
+        }
+    }
+
+    #[test]
+    fn surfaces_with_handles_and_boundary_take_prescriptions() {
+        let torus = surface(torus(2.0, 0.7, 40, 16));
+        let pair = [(100, 1), (700, -1)];
+        let result = with_plan(&torus, Symmetry::Cross, given(&pair)).unwrap();
+        assert_eq!(found(&result), pair);
+        let result = with_plan(&torus, Symmetry::Cross, given(&[])).unwrap();
+        assert_eq!(result.report.singularities, 0);
+        let disk = surface(disk(16));
+        let middle = [(0, 1), (200, 1), (500, 1), (900, 1)];
+        let result = with_plan(&disk, Symmetry::Cross, given(&middle)).unwrap();
+        assert_eq!(found(&result), middle);
+    }
+
+    #[test]
+    fn a_free_boundary_takes_what_is_left() {
+        let disk = surface(disk(12));
+        let options = FieldOptions {
+            boundary: None,
+            singularities: given(&[(100, 1)]),
+            ..FieldOptions::default()
+        };
+        let result = cross_field(&disk, &options, &Watch::new()).unwrap();
+        assert_eq!(found(&result), [(100, 1)]);
+        assert!((result.report.index_sum - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_moved_singularity_is_where_it_was_brought_to() {
+        let sphere = surface(icosphere(3));
+        let before = with_plan(&sphere, Symmetry::Cross, SingularityPlan::Found).unwrap();
+        let mut list = found(&before);
+        assert_eq!(list.len(), 8);
+        let from = FaceId(list[0].0);
+        let neighbours = from
+            .halfedges()
+            .map(|h| sphere.mesh().twin(h).unwrap().face());
+        let to = neighbours[0];
+        let moved = SingularityPlan::Moved(vec![[from, to]]);
+        let after = with_plan(&sphere, Symmetry::Cross, moved).unwrap();
+        list[0] = (to.0, 1);
+        list.sort_unstable();
+        assert_eq!(found(&after), list);
+        let regular = (0..).map(FaceId).find(|f| list.iter().all(|s| s.0 != f.0));
+        let nothing = SingularityPlan::Moved(vec![[regular.unwrap(), to]]);
+        assert!(matches!(
+            with_plan(&sphere, Symmetry::Cross, nothing),
+            Err(FieldError::NotSingular { .. })
+        ));
+    }
+
+    #[test]
+    fn prescriptions_that_cannot_be_are_refused() {
+        let sphere = surface(icosphere(2));
+        let refusal = with_plan(&sphere, Symmetry::Cross, given(&[(0, 1)])).unwrap_err();
+        assert_eq!(
+            refusal,
+            FieldError::SingularitySum {
+                component: 0,
+                sum: 0.25,
+                needed: 2.0
+            }
+        );
+        let refusal = with_plan(&sphere, Symmetry::Cross, given(&[(99_999, 1)])).unwrap_err();
+        assert!(matches!(refusal, FieldError::NoSuchFace { .. }));
+        // Eight steps in one triangle: its edges would have to turn by 240° each.
+        let refusal = with_plan(&sphere, Symmetry::Cross, given(&[(0, 8)])).unwrap_err();
+        assert!(
+            matches!(refusal, FieldError::NotReached { .. }),
+            "{refusal}"
+        );
+        // The edges of a box keep what belongs to its corners.
+        let block = surface(cube().subdivided().subdivided().subdivided());
+        let flat = with_plan(&block, Symmetry::Cross, SingularityPlan::Found).unwrap();
+        let mut list = found(&flat);
+        list[0].1 = 0;
+        let middle = block
+            .mesh()
+            .faces()
+            .find(|&face| {
+                let p = block.corner_positions(face).iter().sum::<glam::DVec3>() / 3.0;
+                p.x == 0.0 && p.distance(glam::DVec3::new(0.0, 0.5, 0.5)) < 0.1
+            })
+            .unwrap();
+        list.push((middle.0, 1));
+        let refusal = with_plan(&block, Symmetry::Cross, given(&list)).unwrap_err();
+        assert!(
+            matches!(
+                refusal,
+                FieldError::Enclosed { .. } | FieldError::NotReached { .. }
+            ),
+            "{refusal}"
+        );
+    }
+
+    #[test]
+    fn guides_are_kept_beside_prescriptions() {
+        let torus = surface(torus(2.0, 0.7, 40, 16));
+        let pair = [(100, 1), (700, -1)];
+        let before = with_plan(&torus, Symmetry::Cross, given(&pair)).unwrap();
+        let vertex = VertexId(300);
+        let options = FieldOptions {
+            singularities: given(&pair),
+            guides: vec![Guide {
+                place: GuidePlace::Vertex(vertex),
+                direction: before.directions[vertex] + 0.2 * before.normals[vertex],
+                strength: Strength::Hard,
+            }],
+            ..FieldOptions::default()
+        };
+        let after = cross_field(&torus, &options, &Watch::new()).unwrap();
+        assert_eq!(found(&after), pair);
+        let angle = after.directions[vertex].angle_between(before.directions[vertex]);
+        assert!(Symmetry::Cross.reduce(angle).0.abs() < 1e-6, "{angle}");
+    }
+}

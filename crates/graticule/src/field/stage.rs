@@ -4,7 +4,7 @@ use super::report::counts_by_index;
 use super::{
     CancelOptions, Cancellation, CrossField, FieldDomain, FieldError, FieldOptions, FieldReport,
     Guidance, Prescription, PrincipalCurvature, Singularities, SingularityPlan, SmoothField,
-    Symmetry, feature_edges, principal_curvatures, smooth_field,
+    Stroke, Symmetry, feature_edges, principal_curvatures, smooth_field,
 };
 use crate::geometry::{Similarity, normalized, vertex_areas, vertex_frames};
 use crate::mesh::{PerVertex, Surface, Topology};
@@ -60,7 +60,7 @@ pub fn cross_field(
     let ground = Ground {
         domain: &domain,
         options,
-        exponent: similarity.exponent(),
+        similarity: &similarity,
     };
     let curvatures = ground.curvatures(watch)?;
     let (guidance, feature_edges) = ground.guidance(curvatures.as_ref())?;
@@ -123,8 +123,8 @@ fn at_own_scale(
 struct Ground<'a> {
     domain: &'a FieldDomain<'a>,
     options: &'a FieldOptions,
-    /// Lengths of the caller times two to this are lengths of the domain.
-    exponent: i32,
+    /// From the caller's coordinates to those of the domain.
+    similarity: &'a Similarity,
 }
 
 impl Ground<'_> {
@@ -158,7 +158,20 @@ impl Ground<'_> {
         let count = features.len();
         guidance.follow_edges(triangulation, features, options.features.strength);
         guidance.follow_guides(surface, triangulation, &options.guides)?;
+        guidance.follow_strokes(self.domain, &self.strokes())?;
         Ok((guidance, count))
+    }
+
+    /// The strokes in the coordinates of the domain.
+    fn strokes(&self) -> Vec<Stroke> {
+        let strokes = self.options.strokes.iter();
+        let moved = strokes.map(|stroke| Stroke {
+            points: (stroke.points.iter())
+                .map(|&point| self.similarity.apply(point))
+                .collect(),
+            strength: stroke.strength,
+        });
+        moved.collect()
     }
 
     fn features(&self) -> Result<Vec<crate::mesh::EdgeId>, FieldError> {
@@ -222,7 +235,10 @@ impl Ground<'_> {
         watch: &Watch,
     ) -> Result<(CrossField, Option<Cancellation>), FieldError> {
         let in_edges = self.options.cancel_distance * self.domain.mean_edge_length();
-        let distance = in_edges.max(libm::ldexp(self.options.cancel_length, self.exponent));
+        let distance = in_edges.max(libm::ldexp(
+            self.options.cancel_length,
+            self.similarity.exponent(),
+        ));
         if distance == 0.0 {
             return Ok((field, None));
         }

@@ -25,10 +25,12 @@ mod triangle_mesh;
 mod usable;
 
 pub use defects::{Defects, Finding, Severity};
+pub(crate) use disjoint_sets::DisjointSets;
 pub use element::{Element, PerComponent, PerCorner, PerEdge, PerElement, PerFace, PerVertex};
 pub use error::MeshError;
 pub use id::{BoundaryLoopId, ComponentId, EdgeId, FaceId, HalfedgeId, VertexId};
 pub use list::ElementList;
+pub(crate) use point_tree::PointTree;
 pub use polygon::triangulate_polygon;
 pub use repair::{
     NonFinite, NonOrientable, RepairChanges, RepairError, RepairOptions, Repaired, Weld, repair,
