@@ -16,7 +16,7 @@ pub use hard::{
 pub use noise::Noise;
 pub use patches::{
     annulus, bumpy_patch, cone_patch, cylinder_patch, disk, grid, irregular_disk, saddle_patch,
-    spherical_cap,
+    spherical_cap, vase,
 };
 
 use glam::DVec3;

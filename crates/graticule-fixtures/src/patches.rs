@@ -126,6 +126,20 @@ pub fn cylinder_patch(radius: f64, height: f64, around: u32, along: u32) -> Fixt
     cylinder
 }
 
+/// A surface of revolution around the z axis, open at both ends: of height 4 and radius
+/// `1 + waist · cos(π z)`, so that it has two waists and a belly between them.
+///
+/// # Panics
+/// If `around` is below 3, `along` is 0, or `waist` is not between -1 and 1.
+#[must_use]
+pub fn vase(waist: f64, around: u32, along: u32) -> Fixture {
+    assert!(waist.abs() < 1.0, "a vase has a radius above 0");
+    cylinder_patch(1.0, 4.0, around, along).map(|p| {
+        let radius = 1.0 + waist * (std::f64::consts::PI * p.z).cos();
+        DVec3::new(p.x * radius, p.y * radius, p.z)
+    })
+}
+
 /// The flat ring between two circles around the origin.
 ///
 /// # Panics

@@ -289,3 +289,39 @@ pub const BARRIER_REACH: f64 = 0.25;
 
 /// What the push of boundaries counts beside the distortion of an area as wide as their gap.
 pub const BARRIER_WEIGHT: f64 = 1.0;
+/// Weight, against those of edges near 1, with which an angle keeps its value where nothing else
+/// determines it: the common angle of a component that nothing guides.
+///
+/// It bends a field by a millionth of its turns, and leaves the solution ten digits.
+pub const ANGLE_ANCHOR: f64 = 1e-6;
+
+/// Least and greatest weight of an edge where directions are carried along the surface's own
+/// triangles. The weights of good triangles are near one half; that of an obtuse corner is negative,
+/// that of a needle has no bound.
+pub const EDGE_WEIGHT_RANGE: [f64; 2] = [0.02, 50.0];
+
+/// Share of a step by which a field may turn along an edge where its jumps are prescribed. At half
+/// a step the jump would be another one; the margin is for those who compute it again.
+pub const WIDEST_TURN: f64 = 0.49;
+
+/// Step of a field's diffusion, in mean vertex areas: long enough to carry directions over some ten
+/// edges a step, short enough that the normalisation keeps up.
+pub const DIFFUSION_STEP: f64 = 0.02;
+
+/// How much longer than its radius the paths along edges may be that make up a geodesic disk.
+///
+/// They are up to 15 % longer than the surface's own distances on good triangles, and longer still
+/// on slanted ones; the way round the rim of a wall as thin as the radius is twice as long.
+pub const DISK_DETOUR: f64 = 1.3;
+
+/// Distance of a stroke from a vertex, in mean edge lengths, up to which it says something of the
+/// field there. One on the surface is within one edge length even of coarse places.
+pub const STROKE_REACH: f64 = 2.0;
+
+/// Distance from the ends of an edge, over its length, that lines crossing it keep, so that they
+/// cross one edge at a time and never meet a vertex: invisible, and far above rounding.
+pub const EDGE_END: f64 = 1e-9;
+
+/// Share of a step by which a field may turn along an edge for its jump to be read off its angles:
+/// above what is aimed at, below half a step by far more than rounding.
+pub const WIDEST_TURN_READ: f64 = 0.499;

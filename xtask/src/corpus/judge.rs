@@ -36,6 +36,14 @@ const REPAIR: Job = Job {
 
 const NATURAL: Job = flattening("natural", &["flatten", "--method", "natural"], false);
 
+/// Crosses on whatever the surface is; the mesh written has them as lines.
+const FIELD: Job = Job {
+    name: "field",
+    arguments: &["field"],
+    writes_mesh: true,
+    promises_no_flip: false,
+};
+
 /// What is run on patches beside the natural map. Positive weights on the patch's own edges and a
 /// convex boundary exclude flips (Tutte 1963, Floater 2003).
 const ON_PATCHES: [Job; 4] = [
@@ -75,7 +83,7 @@ const fn flattening(
 pub(super) fn run_file(program: &Program, folder: &Path, file: &str) -> Row {
     let is_patch = file.contains("disks/");
     let on_patches = if is_patch { &ON_PATCHES[..] } else { &[] };
-    let jobs = [INFO, REPAIR, NATURAL];
+    let jobs = [INFO, REPAIR, NATURAL, FIELD];
     let cells = jobs.iter().chain(on_patches);
     Row {
         file: file.to_owned(),
@@ -200,7 +208,9 @@ fn figures_of(report: &Value) -> Figures {
     let count = |key: &str| report.pointer(key).and_then(Value::as_u64);
     Figures {
         flipped: count("/measure/faces/flipped"),
-        residual: report.pointer("/result/residual").and_then(Value::as_f64),
+        residual: ["/result/residual", "/result/smoothing/residual"]
+            .iter()
+            .find_map(|key| report.pointer(key).and_then(Value::as_f64)),
         peak_mebibytes: report["peak_memory_bytes"]
             .as_u64()
             .map(|bytes| bytes >> 20),

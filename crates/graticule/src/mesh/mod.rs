@@ -39,6 +39,7 @@ pub use error::MeshError;
 pub use id::{BoundaryLoopId, ComponentId, EdgeId, FaceId, HalfedgeId, VertexId};
 pub use list::ElementList;
 pub(crate) use measures::{largest_of, length};
+pub(crate) use point_tree::PointTree;
 pub use polygon::triangulate_polygon;
 pub use repair::{
     NonFinite, NonOrientable, RepairChanges, RepairError, RepairOptions, Repaired, Weld, repair,
