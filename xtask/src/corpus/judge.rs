@@ -44,6 +44,21 @@ const FIELD: Job = Job {
     promises_no_flip: false,
 };
 
+/// Vectors and lines, on models of which something is expected. Each run checks that the indices sum
+/// to the Euler characteristic.
+const ON_MODELS: [Job; 2] = [
+    Job {
+        name: "field-1",
+        arguments: &["field", "--symmetry", "1"],
+        ..FIELD
+    },
+    Job {
+        name: "field-2",
+        arguments: &["field", "--symmetry", "2"],
+        ..FIELD
+    },
+];
+
 /// What is run on patches beside the natural map. Positive weights on the patch's own edges and a
 /// convex boundary exclude flips (Tutte 1963, Floater 2003).
 const ON_PATCHES: [Job; 4] = [
@@ -83,8 +98,10 @@ const fn flattening(
 pub(super) fn run_file(program: &Program, folder: &Path, file: &str) -> Row {
     let is_patch = file.contains("disks/");
     let on_patches = if is_patch { &ON_PATCHES[..] } else { &[] };
+    let is_model = file.starts_with("dev/") && !is_patch;
+    let on_models = if is_model { &ON_MODELS[..] } else { &[] };
     let jobs = [INFO, REPAIR, NATURAL, FIELD];
-    let cells = jobs.iter().chain(on_patches);
+    let cells = jobs.iter().chain(on_models).chain(on_patches);
     Row {
         file: file.to_owned(),
         cells: cells

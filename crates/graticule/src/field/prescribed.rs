@@ -409,6 +409,6 @@ mod tests {
         let after = cross_field(&torus, &options, &Watch::new()).unwrap();
         assert_eq!(found(&after), pair);
         let angle = after.directions[vertex].angle_between(before.directions[vertex]);
-        assert!(Symmetry::Cross.reduce(angle).0.abs() < 1e-6, "{angle}");
+        assert!(Symmetry::Cross.reduce(angle).0.abs() < 1e-3, "{angle}");
     }
 }
