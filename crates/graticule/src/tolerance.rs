@@ -224,3 +224,14 @@ pub const ANGLE_SUM: f64 = 1e-6;
 ///
 /// Shorter ones would crowd the triangles behind them; negative ones would fold the boundary.
 pub const LEAST_CLOSING_SHARE: f64 = 0.1;
+
+/// Height over longest side below which an optimised map lets no triangle fall.
+///
+/// Moving and scaling the coordinates, or writing ten digits of them, turns flatter triangles over.
+pub const FLATTENED_HEIGHT: f64 = 1e-9;
+
+/// Distance of two maps, over their extent, up to which they count as one.
+///
+/// Ten times what solves of ill-conditioned patches leave; combining maps that differ by less would
+/// only multiply rounding.
+pub const ONE_MAP: f64 = 1e-10;
