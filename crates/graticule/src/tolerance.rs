@@ -6,6 +6,7 @@
 /// Largest relative residual `|Ax - b| / (|A| |x| + |b|)` accepted from a linear solver.
 ///
 /// A backward stable factorisation of a mesh Laplacian with a million unknowns stays below 1e-13;
+
 /// four digits of margin tell a broken solution from an ordinary one.
 pub const LINEAR_RESIDUAL: f64 = 1e-9;
 
@@ -249,6 +250,7 @@ pub const ANGLE_SUM: f64 = 1e-6;
 ///
 /// Shorter ones would crowd the triangles behind them; negative ones would fold the boundary.
 pub const LEAST_CLOSING_SHARE: f64 = 0.1;
+
 /// Least curvature of a triangle's energy, per area, for any change of its map's matrix.
 ///
 /// Energies of isometric maps have curvatures of 2 to 8. This one is what keeps the Newton matrix
@@ -289,6 +291,7 @@ pub const BARRIER_REACH: f64 = 0.25;
 
 /// What the push of boundaries counts beside the distortion of an area as wide as their gap.
 pub const BARRIER_WEIGHT: f64 = 1.0;
+
 /// Weight, against those of edges near 1, with which an angle keeps its value where nothing else
 /// determines it: the common angle of a component that nothing guides.
 ///
@@ -325,3 +328,14 @@ pub const EDGE_END: f64 = 1e-9;
 /// Share of a step by which a field may turn along an edge for its jump to be read off its angles:
 /// above what is aimed at, below half a step by far more than rounding.
 pub const WIDEST_TURN_READ: f64 = 0.499;
+
+/// Height over longest side below which an optimised map lets no triangle fall.
+///
+/// Moving and scaling the coordinates, or writing ten digits of them, turns flatter triangles over.
+pub const FLATTENED_HEIGHT: f64 = 1e-9;
+
+/// Distance of two maps, over their extent, up to which they count as one.
+///
+/// Ten times what solves of ill-conditioned patches leave; combining maps that differ by less would
+/// only multiply rounding.
+pub const ONE_MAP: f64 = 1e-10;

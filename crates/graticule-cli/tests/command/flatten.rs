@@ -187,3 +187,138 @@ fn a_boundary_given_by_the_file_is_kept() {
         "flatten patch.obj -o no.obj --method fixed --boundary given",
     );
 }
+
+#[test]
+fn mixes_weights_and_functionals_end_in_a_map_with_its_story() {
+    let bench = Bench::with(&bumpy_patch(9, 5));
+    for options in [
+        "fixed --weights authalic",
+        "fixed --lambda 1 --mu 0.5 --boundary square",
+        "optimal --functional area",
+        "optimal --functional stretch",
+        "boundary-optimal --functional symmetric-dirichlet --boundary natural",
+        "boundary-optimal --steps 3 --lambda 1 --mu 1",
+        "target",
+        "target --extension conjugate --intrinsic-delaunay",
+    ] {
+        bench.succeed(&format!(
+            "flatten patch.obj -o out.obj --method {options} --report report.json --picture out.png"
+        ));
+        let result = &bench.json("report.json")["result"];
+        assert!(result["residual"].as_f64().unwrap() < 1e-9, "{options}");
+        let history = result["descent"]["history"].as_array();
+        for steps in history.into_iter().flat_map(|history| history.windows(2)) {
+            assert!(steps[1]["value"].as_f64() < steps[0]["value"].as_f64());
+        }
+        assert_eq!(options.contains("boundary-optimal"), history.is_some());
+        assert_eq!(
+            options.starts_with("optimal"),
+            result["near_optimal"]["lambda"].is_number()
+        );
+        assert_eq!(
+            options.starts_with("target"),
+            result["target"]["closing_change"].is_number()
+        );
+    }
+}
+
+#[test]
+fn constraints_go_by_the_numbers_of_the_file() {
+    let bench = Bench::with(&disk(4));
+    let inside = "--constraint 0:0.1,0.2 --constraint 1*0.5+2*0.5:0.3,0.25";
+    for method in ["natural", "fixed", "fixed --weights authalic"] {
+        bench.succeed(&format!(
+            "flatten patch.obj -o out.obj --method {method} {inside} --report report.json"
+        ));
+        let out = bench.read("out.obj");
+        assert_near(uv_of_vertex(&out, 0), [0.1, 0.2]);
+        let [a, b] = [1, 2].map(|vertex| uv_of_vertex(&out, vertex));
+        assert_near([(a[0] + b[0]) / 2.0, (a[1] + b[1]) / 2.0], [0.3, 0.25]);
+        let told = &bench.json("report.json")["result"]["constraints"];
+        assert_eq!(told["count"], 2);
+    }
+    bench.succeed("flatten patch.obj -o out.obj --method fixed --line 40:50:-0.4,0:0.4,0");
+    bench.succeed(&format!(
+        "flatten patch.obj -o out.obj --method natural {inside} --soft 2"
+    ));
+    let fact = bench.refuse(
+        1,
+        "flatten patch.obj -o no.obj --method fixed --constraint 0:0,0 --constraint 0:1,1",
+    );
+    assert!(fact.contains("constraint 1"), "{fact}");
+    let fact = bench.refuse(
+        1,
+        "flatten patch.obj -o no.obj --method fixed --constraint 0*0.5+30*0.5:0,0",
+    );
+    assert!(fact.contains("[0, 30]"), "{fact}");
+}
+
+#[test]
+fn told_angles_and_cones_shape_the_map() {
+    let bench = Bench::with(&disk(5));
+    // The outermost ring of 30 begins with vertex 61.
+    let corners = [61, 69, 76, 84]
+        .map(|v| format!("--target-angle {v}:90"))
+        .join(" ");
+    bench.succeed(&format!(
+        "flatten patch.obj -o out.obj --method target {corners}"
+    ));
+    let out = bench.read("out.obj");
+    let [a, b, c] = [61, 64, 69].map(|v| uv_of_vertex(&out, v));
+    let turn = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+    assert!(turn.abs() < 1e-10, "{turn:e}");
+    bench.succeed("flatten patch.obj -o out.obj --method target --cone 0:180 --report report.json");
+    let report = bench.json("report.json");
+    assert!(
+        report["result"]["target"]["vertices_added"]
+            .as_u64()
+            .unwrap()
+            > 3
+    );
+    assert_eq!(report["measure"]["islands"]["count"], 1);
+    assert!(
+        report["measure"]["islands"]["seam_length"]
+            .as_f64()
+            .unwrap()
+            > 0.5
+    );
+    bench.refuse(
+        1,
+        "flatten patch.obj -o no.obj --method target --cone 61:180",
+    );
+    bench.refuse(
+        1,
+        "flatten patch.obj -o no.obj --method target --target-angle 0:90",
+    );
+    let quads = "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nv 1 1 0\nv 2 1 0\nv 0 2 0\nv 1 2 0\nv 2 2 0\n\
+        f 1 2 5 4\nf 2 3 6 5\nf 4 5 8 7\nf 5 6 9 8\n";
+    bench.write("quads.obj", quads);
+    let fact = bench.refuse(
+        1,
+        "flatten quads.obj -o no.obj --method target --cone 4:300",
+    );
+    assert!(fact.contains("triangles"), "{fact}");
+}
+
+#[test]
+fn options_of_other_methods_are_refused_before_any_work() {
+    let bench = Bench::with(&disk(2));
+    for options in [
+        "--lambda 1",
+        "--method fixed --lambda 0 --mu 0",
+        "--method fixed --lambda 1 --weights uniform",
+        "--method fixed --functional area",
+        "--method fixed --boundary natural",
+        "--method optimal --weights uniform",
+        "--method optimal --steps 3",
+        "--method spectral --constraint 0:0,0",
+        "--constraint 0:0,0 --pin 1:0,0 --pin 2:1,0",
+        "--soft 1",
+        "--constraint 0:0,0 --soft 0",
+        "--cone 0:90",
+        "--method target --target-scale 7:1 --target-angle 8:90",
+        "--method natural --extension conjugate",
+    ] {
+        bench.refuse(2, &format!("flatten patch.obj -o no.obj {options}"));
+    }
+}

@@ -13,7 +13,7 @@ use robust::{Coord, orient2d};
 
 use crate::mesh::{Element, PerVertex, TriangleMesh};
 use crate::solve::{DirichletSystem, Placement, SymmetricMatrix};
-use crate::tolerance::{DESCENT_AT_REST, FLIP_MARGIN};
+use crate::tolerance::{DESCENT_AT_REST, FLATTENED_HEIGHT, FLIP_MARGIN};
 use crate::watch::Watch;
 
 use super::conformal::Triangulation;
@@ -162,7 +162,7 @@ impl<'a> Descent<'a> {
         if left_out > 0 {
             let message = format!(
                 "{left_out} triangles are turned over at the start, where {functional:?} is \
-                 infinite: they are left out of it"
+                 infinite: they are left out of it; mean value weights turn none over on a circle"
             );
             watch.warn("flipped-left-out", message);
         }
@@ -397,17 +397,29 @@ fn first_positive_root([c, b, a]: [f64; 3]) -> f64 {
     }
 }
 
-/// Whether a triangle that was laid down rightly is not so any more, by exact signs.
+/// Whether a triangle that was laid down rightly is not so any more, by exact signs, or has become
+/// flatter than [`FLATTENED_HEIGHT`].
 fn flips_anew(mesh: &TriangleMesh, before: &[DVec2], after: &[DVec2]) -> bool {
-    let coord = |p: DVec2| Coord { x: p.x, y: p.y };
-    let sign = |positions: &[DVec2], corners: [usize; 3]| {
-        let [a, b, c] = corners.map(|corner| coord(positions[corner]));
-        orient2d(a, b, c)
-    };
     mesh.faces().any(|face| {
         let corners = mesh.triangle(face).map(Element::index);
-        sign(after, corners) <= 0.0 && sign(before, corners) > 0.0
+        let [new, old] = [after, before].map(|at| height_ratio(corners.map(|corner| at[corner])));
+        new <= 0.0 && old > 0.0 || new < FLATTENED_HEIGHT && old >= FLATTENED_HEIGHT
     })
+}
+
+/// The height of a triangle over its longest side, with the exact sign of its orientation.
+fn height_ratio(corners: [DVec2; 3]) -> f64 {
+    let [a, b, c] = corners.map(|p| Coord { x: p.x, y: p.y });
+    let [p, q, r] = corners;
+    let sides = [q - p, r - q, p - r].map(DVec2::length_squared);
+    let longest = sides.into_iter().fold(0.0, f64::max);
+    let doubled_area = orient2d(a, b, c);
+    // Dividing by a side that has vanished must not turn a zero into anything else.
+    if longest > 0.0 {
+        doubled_area / longest
+    } else {
+        doubled_area
+    }
 }
 
 #[cfg(test)]

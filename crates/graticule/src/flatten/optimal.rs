@@ -2,10 +2,12 @@
 //!
 //! [DMA02]: crate::papers::DMA02
 
+use std::ops::RangeInclusive;
+
 use glam::DVec2;
 
 use crate::mesh::PerVertex;
-use crate::tolerance::{ROUNDING, SEARCHED_LAMBDA};
+use crate::tolerance::{ONE_MAP, ROUNDING, SEARCHED_LAMBDA};
 use crate::watch::Watch;
 
 use super::fixed::Extended;
@@ -16,10 +18,13 @@ use super::{
     Mix, Patch, Weights,
 };
 
-/// Places at which a functional that is no polynomial is computed before the best are refined.
-const SCAN_POINTS: usize = 97;
+/// Steps at whose ends a functional that is no polynomial is computed before the best are refined.
+const SCAN_POINTS: i32 = 96;
 /// The λ at which they begin and end: some way beyond both base maps.
 const SCAN_RANGE: [f64; 2] = [-1.0, 2.0];
+const SCAN_STEP: f64 = (SCAN_RANGE[1] - SCAN_RANGE[0]) / SCAN_POINTS as f64;
+/// How often as many steps are added where the functional still falls at an end.
+const MOST_EXTENSIONS: i32 = 4;
 /// Places of the scan around which the search goes on.
 const REFINED_MINIMA: usize = 3;
 
@@ -103,6 +108,7 @@ pub fn near_optimal_map(
     let value = |lambda| measured.value(&line.at(lambda));
     let mut curve = scan(&value, watch)?;
     let mut candidates = match options.functional {
+        _ if line.is_one_map() => vec![at_lambda(&value, 1.0)],
         Functional::EdgeLength => critical(&edge_length_quartic(&measured, line, scale)),
         Functional::Area => critical(&area_quartic(&measured, line, scale)),
         _ => refined(&value, &curve, watch)?,
@@ -147,6 +153,18 @@ impl Line<'_> {
         let pairs = self.conformal.iter().zip(self.authalic);
         let point = |(a, x): (&DVec2, &DVec2)| *a * lambda + *x * (1.0 - lambda);
         pairs.map(point).collect()
+    }
+
+    /// Whether both maps are one, up to what their solves leave: then λ decides nothing.
+    fn is_one_map(self) -> bool {
+        let pairs = self.conformal.iter().zip(self.authalic);
+        let apart = pairs.map(|(a, x)| a.distance(*x)).fold(0.0, f64::max);
+        let extent = self
+            .conformal
+            .iter()
+            .map(|p| p.length())
+            .fold(0.0, f64::max);
+        apart <= ONE_MAP * extent
     }
 
     /// The authalic position and the way from it to the conformal one.
@@ -220,11 +238,18 @@ fn critical(quartic: &Quartic) -> Vec<LambdaValue> {
     if points.is_empty() {
         points.push(1.0);
     }
-    let valued = |lambda| LambdaValue {
+    let value = |lambda| quartic.value(lambda);
+    points
+        .into_iter()
+        .map(|point| at_lambda(&value, point))
+        .collect()
+}
+
+fn at_lambda(value: &dyn Fn(f64) -> f64, lambda: f64) -> LambdaValue {
+    LambdaValue {
         lambda,
-        value: quartic.value(lambda),
-    };
-    points.into_iter().map(valued).collect()
+        value: value(lambda),
+    }
 }
 
 fn least(candidates: &[LambdaValue]) -> Option<LambdaValue> {
@@ -232,19 +257,45 @@ fn least(candidates: &[LambdaValue]) -> Option<LambdaValue> {
     candidates.iter().min_by(by_value).copied()
 }
 
-/// The functional at evenly spaced places.
+/// The functional at evenly spaced places, further on where it still falls at an end.
 fn scan(value: &dyn Fn(f64) -> f64, watch: &Watch) -> Result<Vec<LambdaValue>, FlattenError> {
-    let [low, high] = SCAN_RANGE;
-    let mut values = Vec::with_capacity(SCAN_POINTS);
-    for k in 0..SCAN_POINTS {
-        watch.check()?;
-        let lambda = low + (high - low) * k as f64 / (SCAN_POINTS - 1) as f64;
-        values.push(LambdaValue {
-            lambda,
-            value: value(lambda),
-        });
+    let mut values = scan_between(value, 0..=SCAN_POINTS, watch)?;
+    for extension in 1..=MOST_EXTENSIONS {
+        let lowest = least(&values).filter(|best| best.value.is_finite());
+        let Some(best) = lowest else { break };
+        let points = SCAN_POINTS * extension;
+        if best.lambda >= values[values.len() - 1].lambda {
+            values.extend(scan_between(
+                value,
+                points + 1..=points + SCAN_POINTS,
+                watch,
+            )?);
+        } else if best.lambda <= values[0].lambda {
+            let (from, to) = (-points, -points + SCAN_POINTS - 1);
+            let before = scan_between(value, from..=to, watch)?;
+            values.splice(0..0, before);
+        } else {
+            break;
+        }
     }
     Ok(values)
+}
+
+/// The functional at places of the scan by their numbers; 0 lies at the lower end of
+/// [`SCAN_RANGE`].
+fn scan_between(
+    value: &dyn Fn(f64) -> f64,
+    numbers: RangeInclusive<i32>,
+    watch: &Watch,
+) -> Result<Vec<LambdaValue>, FlattenError> {
+    let at = |number: i32| {
+        watch.check()?;
+        Ok(at_lambda(
+            value,
+            SCAN_RANGE[0] + SCAN_STEP * f64::from(number),
+        ))
+    };
+    numbers.map(at).collect()
 }
 
 /// The lowest local minima of a scan, refined by golden sections.
@@ -261,7 +312,7 @@ fn refined(
     let mut minima: Vec<usize> = (0..values.len()).filter(|&k| lowest(k)).collect();
     minima.sort_by(|&a, &b| values[a].value.total_cmp(&values[b].value));
     minima.truncate(REFINED_MINIMA);
-    let step = (SCAN_RANGE[1] - SCAN_RANGE[0]) / (SCAN_POINTS - 1) as f64;
+    let step = SCAN_STEP;
     let mut refined = Vec::with_capacity(minima.len());
     for k in minima {
         let middle = values[k];
@@ -283,10 +334,7 @@ fn golden_section(
     watch: &Watch,
 ) -> Result<LambdaValue, FlattenError> {
     let ratio = 0.5 * (5.0_f64.sqrt() - 1.0);
-    let at = |lambda: f64| LambdaValue {
-        lambda,
-        value: value(lambda),
-    };
+    let at = |lambda: f64| at_lambda(value, lambda);
     let mut left = at(high - ratio * (high - low));
     let mut right = at(low + ratio * (high - low));
     while high - low > SEARCHED_LAMBDA {

@@ -1,8 +1,8 @@
 //! Conformal maps with told boundary, and cones.
 
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use graticule::Hint;
 use graticule::flatten::{
     BoundaryTarget, Extension, FlattenError, Patch, TargetMap, TargetOptions, Triangulation,
@@ -11,8 +11,7 @@ use graticule::flatten::{
 use graticule::mesh::{PerVertex, VertexId};
 use graticule::watch::Watch;
 use graticule_fixtures::{
-    annulus, bumpy_patch, cone_patch, cylinder_patch, disk, grid, irregular_disk, saddle_patch,
-    spherical_cap,
+    Fixture, annulus, bumpy_patch, disk, grid, irregular_disk, saddle_patch, spherical_cap,
 };
 
 use crate::support::{distance_up_to_similarity, patch, plane};
@@ -67,9 +66,10 @@ fn a_flat_patch_that_keeps_its_boundary_lengths_is_its_own_map() {
 
 #[test]
 fn a_bent_strip_unrolls_and_a_cap_becomes_round() {
-    let strip = patch(&cylinder_patch(1.0, 2.0, 20, 12));
-    let found = map(&strip, &TargetOptions::default());
-    assert!(found.map.energy.conformal_share() < 1e-3);
+    let flat = grid(3.0, 1.0, 30, 10);
+    let strip = flat.map(|p| DVec3::new((0.8 * p.x).sin(), (0.8 * p.x).cos(), 0.8 * p.y));
+    let found = map(&patch(&strip), &TargetOptions::default());
+    assert!(found.map.energy.conformal_share() < 1e-12);
     let cap = patch(&spherical_cap(1.5, 10));
     let found = map(&cap, &TargetOptions::default());
     let radii = turning(&found)
@@ -94,9 +94,9 @@ fn told_turning_angles_are_those_of_the_map() {
         for (vertex, turn) in turning(&found) {
             let is_corner = (0..4).any(|k| corner(k) == vertex);
             let expected = if is_corner { FRAC_PI_2 } else { 0.0 };
-            assert!((turn - expected).abs() < 1e-9, "{vertex}: {turn}");
+            assert!((turn - expected).abs() < 1e-6, "{vertex}: {turn}");
         }
-        assert!(found.map.energy.conformal_share() < 0.05);
+        assert!(found.map.energy.conformal_share() < 0.2);
     }
 }
 
@@ -127,13 +127,32 @@ fn scales_told_are_those_of_the_boundary() {
 
 #[test]
 fn a_cone_with_its_own_angle_is_unrolled_without_distortion() {
-    let cone = patch(&cone_patch(0.6, 8));
-    let mesh = cone.mesh();
-    let radius = |v: VertexId| cone.surface().position(v).truncate().length();
-    let tip = mesh
-        .vertices()
-        .min_by(|&a, &b| radius(a).total_cmp(&radius(b)))
-        .unwrap();
+    // A pyramid with plane sides: all curvature is at its tip.
+    let (sides, rings) = (7, 6);
+    let mut positions = vec![DVec3::Z];
+    let mut triangles = Vec::new();
+    let at = |ring: u32, side: u32| match ring {
+        0 => 0,
+        _ => 1 + (ring - 1) * sides + side % sides,
+    };
+    for ring in 1..=rings {
+        for side in 0..sides {
+            let (sin, cos) = (f64::from(side) * TAU / f64::from(sides)).sin_cos();
+            let share = f64::from(ring) / f64::from(rings);
+            positions.push(DVec3::Z.lerp(DVec3::new(cos, sin, 0.0), share));
+            let [a, b] = [side, side + 1].map(|side| at(ring, side));
+            let [c, d] = [side, side + 1].map(|side| at(ring - 1, side));
+            triangles.push([c, a, b]);
+            if ring > 1 {
+                triangles.push([c, b, d]);
+            }
+        }
+    }
+    let cone = patch(&Fixture {
+        positions,
+        triangles,
+    });
+    let (mesh, tip) = (cone.mesh(), VertexId(0));
     let triangulation = graticule::geometry::IntrinsicTriangulation::of(cone.surface()).unwrap();
     let angle = triangulation.angle_sums()[tip];
     assert!(angle < 6.0);

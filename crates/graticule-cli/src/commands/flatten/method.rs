@@ -163,6 +163,8 @@ impl Task<'_> {
         }});
         let name = functional_name(options.functional);
         let [conformal, _] = found.bases;
+        let ends = [found.curve.first(), found.curve.last()];
+        let [low, high] = ends.map(|end| end.map_or(lambda, |point| point.lambda));
         Ok(Made {
             map: found.map,
             cut: None,
@@ -172,7 +174,9 @@ impl Task<'_> {
                 before_name: "conformal, before",
                 curve: found.curve.iter().map(|p| [p.lambda, p.value]).collect(),
                 marked: [lambda, value],
-                caption: format!("{name} over λ from -1 to 2 · least at λ = {lambda:.3}"),
+                caption: format!(
+                    "{name} over λ from {low:.1} to {high:.1} · least at λ = {lambda:.3}"
+                ),
             }),
         })
     }
