@@ -226,7 +226,11 @@ impl Draft<'_> {
         Ok(Atlas {
             places: places.collect(),
             corners: self.corners,
-            seam_length: seam.iter().map(length).sum(),
+            // From 0: the sum of nothing would be -0.
+            seam_length: seam
+                .iter()
+                .map(length)
+                .fold(0.0, |sum, length| sum + length),
             seam,
             islands: self.charts.into_iter().map(|chart| chart.island).collect(),
             side,

@@ -163,8 +163,8 @@ impl Objective for Apart<'_> {
                 .sum::<f64>()
     }
 
-    fn expand_into(&self, places: &[DVec2], system: &mut NewtonSystem) {
-        self.triangles.expand_into(places, system);
+    fn expand_into(&self, places: &[DVec2], kept: f64, system: &mut NewtonSystem) {
+        self.triangles.expand_into(places, kept, system);
         for contact in self.boundary.contacts(places) {
             contact.expand_into(system);
         }

@@ -118,11 +118,13 @@ pub(super) fn value(energy: DistortionEnergy, source: &SourceTriangle, images: [
     }
 }
 
-/// Expands the energy about `images`, whose area must be positive.
+/// Expands the energy about `images`, whose area must be positive. Of negative curvatures the share
+/// `kept` stays; with none kept the Hessian is positive.
 pub(super) fn expand(
     energy: DistortionEnergy,
     source: &SourceTriangle,
     images: [DVec2; 3],
+    kept: f64,
 ) -> Expansion {
     let jacobian = source.jacobian(images);
     let [s, t] = jacobian.singular_values();
@@ -147,17 +149,17 @@ pub(super) fn expand(
     }
     for (value, [a, b]) in eigenpairs(curvatures.second) {
         let mode = std::array::from_fn(|entry| a * modes[0][entry] + b * modes[1][entry]);
-        expansion.add_mode(value, &mode);
+        expansion.add_mode(value, kept, &mode);
     }
-    expansion.add_mode(curvatures.twist, &modes[2]);
-    expansion.add_mode(curvatures.flip, &modes[3]);
+    expansion.add_mode(curvatures.twist, kept, &modes[2]);
+    expansion.add_mode(curvatures.flip, kept, &modes[3]);
     expansion
 }
 
 impl Expansion {
-    /// Adds `curvature` · mode modeᵀ, the curvature raised to a small positive one.
-    fn add_mode(&mut self, curvature: f64, mode: &[f64; 6]) {
-        let curvature = curvature.max(LEAST_CURVATURE);
+    /// Adds `curvature` · mode modeᵀ; of a negative curvature the share `kept`.
+    fn add_mode(&mut self, curvature: f64, kept: f64, mode: &[f64; 6]) {
+        let curvature = curvature.max(LEAST_CURVATURE) + kept * curvature.min(0.0);
         let mut entry = 0;
         for row in 0..6 {
             let factor = curvature * mode[row];
@@ -291,7 +293,7 @@ mod tests {
         let step = 1e-6;
         for energy in ENERGIES {
             for (source, images) in cases() {
-                let gradient = expand(energy, &source, images).gradient;
+                let gradient = expand(energy, &source, images, 0.0).gradient;
                 let size = gradient.iter().fold(1.0, |m: f64, g| m.max(g.abs()));
                 for (entry, derivative) in gradient.into_iter().enumerate() {
                     let at = |by| value(energy, &source, moved(images, entry, by));
@@ -305,39 +307,27 @@ mod tests {
         }
     }
 
-    /// Where no curvature is negative the Hessian is that of differences; elsewhere it is larger.
     #[test]
-    fn hessians_are_those_of_differences_or_above() {
+    fn hessians_are_those_of_differences_and_positive_ones_are_above() {
         let step = 1e-5;
-        let mut exact = 0;
         for energy in ENERGIES {
             for (source, images) in cases() {
-                let expansion = expand(energy, &source, images);
-                let curvatures = energy.curvatures(source.jacobian(images).singular_values());
-                let convex = curvatures.twist > LEAST_CURVATURE
-                    && eigenpairs(curvatures.second)
-                        .iter()
-                        .all(|e| e.0 > LEAST_CURVATURE);
-                exact += usize::from(convex);
-                let size = expansion
-                    .hessian
-                    .iter()
-                    .fold(1.0, |m: f64, g| m.max(g.abs()));
+                let [exact, positive] =
+                    [1.0, 0.0].map(|kept| expand(energy, &source, images, kept).hessian);
+                let size = exact.iter().fold(1.0, |m: f64, g| m.max(g.abs()));
                 for row in 0..6 {
-                    let at = |by| expand(energy, &source, moved(images, row, by)).gradient;
+                    let at = |by| expand(energy, &source, moved(images, row, by), 0.0).gradient;
                     let [above, below] = [at(step), at(-step)];
-                    let own = expansion.hessian[row * (row + 1) / 2 + row];
-                    let differences = (above[row] - below[row]) / (2.0 * step);
-                    assert!(own > differences - 1e-5 * size);
-                    for column in (0..=row).filter(|_| convex) {
+                    for column in 0..=row {
                         let difference = (above[column] - below[column]) / (2.0 * step);
-                        let entry = expansion.hessian[row * (row + 1) / 2 + column];
-                        assert!((entry - difference).abs() < 1e-5 * size, "{energy:?}");
+                        let entry = row * (row + 1) / 2 + column;
+                        let error = (exact[entry] - difference).abs();
+                        assert!(error < 1e-4 * size, "{energy:?} {row} {column}: {error}");
+                        assert!(row != column || positive[entry] > difference - 1e-4 * size);
                     }
                 }
             }
         }
-        assert!(exact > 2, "{exact}");
     }
 
     #[test]

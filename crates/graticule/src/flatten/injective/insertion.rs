@@ -13,6 +13,10 @@ const STEPS: usize = 40;
 /// Halvings of a distance, down to the last digits of coordinates of size 1.
 const MOST_HALVINGS: usize = 60;
 
+/// Halvings along a boundary edge. If so near to its end there is no place, only rounding could
+/// make one look admissible further on.
+const EDGE_HALVINGS: usize = 12;
+
 /// A vertex to be placed: the sides opposite to it of its triangles, turning about it
 /// counter-clockwise.
 pub(super) struct Star<'a> {
@@ -44,7 +48,8 @@ impl Star<'_> {
     /// An admissible place on the boundary edge from `target` to `other`, or near `target` where
     /// the triangles there turn by more than half a circle.
     pub(super) fn boundary_place(&self, target: DVec2, other: DVec2) -> Option<DVec2> {
-        let on_edge = self.first_admissible(|share| target.lerp(other, 0.5 * share));
+        let along = |share: f64| target.lerp(other, 0.5 * share);
+        let on_edge = first_where(along, EDGE_HALVINGS, |place| self.admits(place));
         on_edge.or_else(|| self.place_near(target))
     }
 
@@ -57,7 +62,8 @@ impl Star<'_> {
             .sum::<DVec2>()
             .normalize_or_zero();
         let reach = self.middle().distance(target);
-        self.first_admissible(|share| target + direction * (reach * share))
+        let near = |share: f64| target + direction * (reach * share);
+        first_where(near, MOST_HALVINGS, |place| self.admits(place))
     }
 
     fn middle(&self) -> DVec2 {
@@ -70,11 +76,9 @@ impl Star<'_> {
     pub(super) fn outer_place(&self, is_clear: impl Fn(DVec2) -> bool) -> Option<DVec2> {
         let &[a, b] = self.sides.first()?;
         let beyond = |share: f64| a.midpoint(b) + (b - a).perp() * share;
-        first_where(beyond, |place| self.admits(place) && is_clear(place))
-    }
-
-    fn first_admissible(&self, place: impl Fn(f64) -> DVec2) -> Option<DVec2> {
-        first_where(place, |place| self.admits(place))
+        first_where(beyond, MOST_HALVINGS, |place| {
+            self.admits(place) && is_clear(place)
+        })
     }
 
     /// A better place than an admissible one, by a few Newton steps.
@@ -139,7 +143,7 @@ impl Star<'_> {
     fn expand(&self, place: DVec2) -> (DVec2, [f64; 3]) {
         let mut sum = (DVec2::ZERO, [0.0; 3]);
         for (weight, source, images) in self.triangles(place) {
-            let (gradient, hessian) = energy::expand(self.energy, source, images).of_corner(0);
+            let (gradient, hessian) = energy::expand(self.energy, source, images, 0.0).of_corner(0);
             sum.0 += weight * gradient;
             for (total, entry) in sum.1.iter_mut().zip(hessian) {
                 *total += weight * entry;
@@ -155,9 +159,13 @@ impl Star<'_> {
 }
 
 /// The first of the places at shares 1, 1/2, 1/4 … that will do.
-fn first_where(place: impl Fn(f64) -> DVec2, will_do: impl Fn(DVec2) -> bool) -> Option<DVec2> {
+fn first_where(
+    place: impl Fn(f64) -> DVec2,
+    halvings: usize,
+    will_do: impl Fn(DVec2) -> bool,
+) -> Option<DVec2> {
     let mut share = 1.0;
-    for _ in 0..MOST_HALVINGS {
+    for _ in 0..halvings {
         let place = place(share);
         if will_do(place) {
             return Some(place);

@@ -13,8 +13,9 @@ pub(super) trait Objective {
     /// finite value.
     fn value(&self, places: &[DVec2]) -> f64;
 
-    /// Adds gradient and a positive Hessian at an admissible map.
-    fn expand_into(&self, places: &[DVec2], system: &mut NewtonSystem);
+    /// Adds gradient and Hessian at an admissible map; of negative curvatures only the share `kept`,
+    /// so that with none the Hessian is positive.
+    fn expand_into(&self, places: &[DVec2], kept: f64, system: &mut NewtonSystem);
 
     /// How many times `step` may be made before the map stops being admissible; infinite where it
     /// never does.
@@ -87,9 +88,9 @@ impl Objective for Triangles {
         sum
     }
 
-    fn expand_into(&self, places: &[DVec2], system: &mut NewtonSystem) {
+    fn expand_into(&self, places: &[DVec2], kept: f64, system: &mut NewtonSystem) {
         for (index, images) in self.images(places).enumerate() {
-            let expansion = energy::expand(self.energy, &self.sources[index], images);
+            let expansion = energy::expand(self.energy, &self.sources[index], images, kept);
             system.add_triangle(index, self.corners[index], self.weights[index], &expansion);
         }
     }

@@ -104,9 +104,19 @@ impl NewtonSystem {
         self.hessian[self.diagonal[2 * vertex as usize + 1] as usize] += stiffness[2];
     }
 
-    /// The Newton direction of what was added since [`clear`](Self::clear).
-    ///
-    /// Where rounding leaves the matrix indefinite its diagonal is raised until it is not.
+    /// The Newton direction of what was added since [`clear`](Self::clear), if the Hessian is
+    /// positive.
+    pub(super) fn exact_direction(&mut self) -> Result<Option<Direction>, SolveError> {
+        self.hold_still();
+        match self.damped_direction(0.0) {
+            Ok(direction) => Ok(Some(direction)),
+            Err(SolveError::NotPositiveDefinite { .. } | SolveError::Inaccurate { .. }) => Ok(None),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// The same for a Hessian that is positive but for rounding, which may leave the matrix
+    /// indefinite: then its diagonal is raised until it is not.
     pub(super) fn direction(&mut self) -> Result<Direction, SolveError> {
         self.hold_still();
         let mut damping = 0.0;

@@ -25,6 +25,33 @@ pub(super) fn least_rectangle(points: &[DVec2]) -> (DVec2, [DVec2; 2]) {
     best
 }
 
+/// Directions tried for a square in a quarter turn, beside those of the hull's sides.
+const DIRECTIONS: u32 = 90;
+
+/// The rotation, by cosine and sine, after which the box of the points fits into the smallest
+/// square that it finds, and that box.
+pub(super) fn least_square(points: &[DVec2]) -> (DVec2, [DVec2; 2]) {
+    let hull = convex_hull(points);
+    let even = (0..DIRECTIONS).map(|step| {
+        let angle = std::f64::consts::FRAC_PI_2 * f64::from(step) / f64::from(DIRECTIONS);
+        DVec2::new(libm::cos(angle), libm::sin(angle))
+    });
+    let sides = (0..hull.len()).map(|i| hull[(i + 1) % hull.len()] - hull[i]);
+    let sides = sides
+        .filter_map(DVec2::try_normalize)
+        .map(|side| DVec2::new(side.x, -side.y));
+    let boxes = even
+        .chain(sides)
+        .map(|rotation| (rotation, bounds(&hull, rotation)));
+    let side = |[low, high]: [DVec2; 2]| (high - low).max_element();
+    let smaller = |a: (DVec2, [DVec2; 2]), b: (DVec2, [DVec2; 2])| {
+        if side(b.1) < side(a.1) { b } else { a }
+    };
+    boxes
+        .reduce(smaller)
+        .unwrap_or((DVec2::X, [DVec2::ZERO; 2]))
+}
+
 fn area([low, high]: [DVec2; 2]) -> f64 {
     (high.x - low.x) * (high.y - low.y)
 }
@@ -82,6 +109,13 @@ mod tests {
         assert_eq!(convex_hull(&points).len(), 4);
         assert_eq!(convex_hull(&[DVec2::ONE; 7]).len(), 1);
         assert_eq!(convex_hull(&[]).len(), 0);
+    }
+
+    #[test]
+    fn a_needle_fits_into_the_smallest_square_along_its_diagonal() {
+        let (_, [low, high]) = least_square(&[DVec2::ZERO, DVec2::X]);
+        let side = (high - low).max_element();
+        assert!((side - std::f64::consts::FRAC_1_SQRT_2).abs() < 1e-12);
     }
 
     #[test]
