@@ -201,10 +201,13 @@ pub const NO_DIRECTION: f64 = 1e-12;
 /// sampled sphere, where it is nothing but the triangles.
 pub const FAINT_GUIDANCE: f64 = 1e-2;
 
-/// Mean change of unit vectors in one step below which a field is at rest.
+/// Mean change of unit vectors in one step below which a guided field is at rest.
 ///
-/// A hundredth of a degree at the finest symmetry: no singularity moves any more.
-pub const FIELD_AT_REST: f64 = 1e-4;
+/// A seventieth of a degree at the finest symmetry: no singularity moves any more.
+pub const FIELD_AT_REST: f64 = 1e-3;
+
+/// The same where nothing guides the field: its singularities spread slowly over long distances.
+pub const FREE_FIELD_AT_REST: f64 = 1e-4;
 
 /// Length of the part along the surface of a unit vector at or below which it has no direction
 /// there.

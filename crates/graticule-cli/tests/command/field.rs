@@ -315,3 +315,15 @@ fn a_ply_file_has_the_directions_as_properties() {
     let input = &bench.json("info.json")["input"];
     assert_eq!(input["vertices"], vertices, "{input}");
 }
+
+#[test]
+fn what_is_no_part_of_the_surface_hinders_no_output() {
+    let bench = Bench::new();
+    let odd = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv nan 0 0\nf 1 2 3\nf 1 3 4\nf 1 2\n";
+    bench.write("odd.obj", odd);
+    for name in ["out.obj", "out.ply", "out.json"] {
+        bench.succeed(&format!("field odd.obj -o {name}"));
+    }
+    assert!(!bench.read("out.obj").contains("NaN"));
+    bench.succeed("info out.ply");
+}

@@ -12,11 +12,11 @@ use crate::tolerance::{ANGLE_ANCHOR, EDGE_WEIGHT_RANGE, WIDEST_TURN};
 /// Solves for guidance, whose pull weakens where the field cannot follow: each needs the one before.
 const GUIDED_SOLVES: usize = 4;
 
-/// Solves in which edges that turn too far are stiffened.
-const STIFFENED_SOLVES: usize = 12;
+/// Solves in which edges that turn too far are stiffened, where a fit should not give up.
+pub(super) const STIFFENED_SOLVES: usize = 8;
 
 /// By what an edge that turns too far is stiffened each time.
-const STIFFENING: f64 = 4.0;
+const STIFFENING: f64 = 6.0;
 
 /// Stands for no place among the free vertices.
 const HELD: u32 = u32::MAX;
@@ -50,18 +50,19 @@ impl<'a> AngleFit<'a> {
 
     /// Replaces the angles of the `free` vertices.
     ///
-    /// Edges at these vertices turn by less than half a step afterwards, if that can be had: then
-    /// the jumps are those that anyone would read off the angles.
+    /// Edges at these vertices turn by less than half a step afterwards, if that can be had with so
+    /// many solves more: then the jumps are those that anyone would read off the angles.
     pub(super) fn fit(
         &mut self,
         angles: &mut PerVertex<f64>,
         matching: &Matching,
         free: &[VertexId],
+        stiffened_solves: usize,
     ) -> Result<(), FieldError> {
         for (place, &vertex) in free.iter().enumerate() {
             self.places[vertex] = place as u32;
         }
-        let fitted = self.solve_all(angles, matching, free);
+        let fitted = self.solve_all(angles, matching, free, stiffened_solves);
         for &vertex in free {
             self.places[vertex] = HELD;
         }
@@ -73,6 +74,7 @@ impl<'a> AngleFit<'a> {
         angles: &mut PerVertex<f64>,
         matching: &Matching,
         free: &[VertexId],
+        stiffened_solves: usize,
     ) -> Result<(), FieldError> {
         let mut run = Run {
             fit: self,
@@ -87,7 +89,7 @@ impl<'a> AngleFit<'a> {
                 run.solve(angles, 1.0)?;
             }
         }
-        for round in 0..STIFFENED_SOLVES {
+        for round in 0..stiffened_solves {
             if !run.stiffen(angles) {
                 break;
             }

@@ -2,7 +2,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Serialize;
 
-use super::angle_fit::AngleFit;
+use super::angle_fit::{AngleFit, STIFFENED_SOLVES};
 use super::disk::{DiskFinder, EdgeGraph};
 use super::face_path::{End, FacePath, FacePathFinder};
 use super::matching::Matching;
@@ -226,7 +226,10 @@ impl<'a> Canceller<'a> {
         for Candidate { pair, .. } in group {
             self.matching.carry(mesh, &pair.path.crossed, 1);
         }
-        self.fit.fit(&mut self.angles, &self.matching, &region)?;
+        // Stiffening for the sake of one pair would spoil the field around the others.
+        let stiffened = if group.len() > 1 { 0 } else { STIFFENED_SOLVES };
+        let Self { fit, angles, .. } = self;
+        fit.fit(angles, &self.matching, &region, stiffened)?;
         let crossed = group.iter().flat_map(|c| &c.pair.path.crossed);
         let around = region.iter().flat_map(|&vertex| mesh.outgoing(vertex));
         let sides = around.flat_map(|halfedge| [halfedge, halfedge.previous()]);

@@ -1,9 +1,10 @@
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::Symmetry;
 use super::tangent::TangentPlanes;
 use crate::geometry::IntrinsicTriangulation;
-use crate::mesh::{PerVertex, Surface, VertexId};
+use crate::mesh::{Element, PerVertex, Surface, VertexId};
 
 /// A direction, line or cross at each vertex.
 ///
@@ -50,8 +51,11 @@ impl CrossField {
         triangulation: &IntrinsicTriangulation,
     ) -> PerVertex<DVec3> {
         let planes = TangentPlanes::of(surface, triangulation);
-        PerVertex::from_fn(self.angles.len(), |vertex: VertexId| {
+        let in_space = |number| {
+            let vertex = VertexId::from_index(number);
             planes.in_space(self.symmetry, vertex, self.angles[vertex])
-        })
+        };
+        let vertices = (0..self.angles.len()).into_par_iter();
+        PerVertex::new(vertices.map(in_space).collect())
     }
 }

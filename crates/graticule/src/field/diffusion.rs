@@ -10,7 +10,9 @@ use super::{FieldError, Guidance, Symmetry};
 use crate::geometry::{IntrinsicTriangulation, vertex_areas};
 use crate::mesh::{Element, PerVertex, VertexId};
 use crate::solve::{HermitianCholesky, HermitianMatrix, Placement, SymmetricMatrix};
-use crate::tolerance::{DIFFUSION_STEP, FAINT_GUIDANCE, FIELD_AT_REST, NO_DIRECTION};
+use crate::tolerance::{
+    DIFFUSION_STEP, FAINT_GUIDANCE, FIELD_AT_REST, FREE_FIELD_AT_REST, NO_DIRECTION,
+};
 use crate::watch::Watch;
 
 /// Stands for no place among the free vertices.
@@ -202,6 +204,11 @@ impl<'a> Diffusion<'a> {
         watch: &Watch,
     ) -> Result<Vec<DVec2>, FieldError> {
         let mut powers = start;
+        let at_rest = if self.system.is_unguided() {
+            FREE_FIELD_AT_REST
+        } else {
+            FIELD_AT_REST
+        };
         while self.steps < steps && !powers.is_empty() {
             watch.check()?;
             let diffused = self.diffuse(&powers, self.steps == 0)?;
@@ -215,7 +222,7 @@ impl<'a> Diffusion<'a> {
             self.last_change = moved / powers.len() as f64;
             self.steps += 1;
             watch.progress(self.steps as f64 / steps as f64);
-            if self.last_change < FIELD_AT_REST {
+            if self.last_change < at_rest {
                 break;
             }
         }

@@ -3,11 +3,12 @@
 use glam::{DMat2, DVec2, DVec3};
 
 use super::diffusion::{Diffusion, System};
+use super::smoothing::check_share;
 use super::{CrossField, FieldError, Guidance, SmoothField, SmoothingReport};
 use crate::geometry::IntrinsicTriangulation;
 use crate::mesh::PerVertex;
 use crate::solve::{Cholesky, Placement, SymmetricMatrix};
-use crate::tolerance::FIELD_AT_REST;
+use crate::tolerance::FREE_FIELD_AT_REST;
 use crate::watch::Watch;
 
 /// How [`smooth_field_by_newton`] smooths.
@@ -57,6 +58,14 @@ pub fn smooth_field_by_newton(
     options: &NewtonOptions,
     watch: &Watch,
 ) -> Result<SmoothField, FieldError> {
+    check_share(options.smoothing)?;
+    if !(f64::MIN_POSITIVE..=f64::MAX).contains(&options.penalty) {
+        return Err(FieldError::Option {
+            name: "norm penalty",
+            value: options.penalty,
+            range: "above 0, finite",
+        });
+    }
     let _stage = watch.stage("field smoothing by Newton's method");
     let system = System::new(triangulation, guidance, options.smoothing)?;
     let start = Diffusion::new(&system, positions, watch)?.start(options.seed)?;
@@ -68,7 +77,7 @@ pub fn smooth_field_by_newton(
         system: &system,
     };
     let (mut steps, mut moved) = (0, f64::INFINITY);
-    while steps < options.steps && moved > FIELD_AT_REST && !run.unknowns.is_empty() {
+    while steps < options.steps && moved > FREE_FIELD_AT_REST && !run.unknowns.is_empty() {
         watch.check()?;
         moved = run.step()?;
         steps += 1;
@@ -272,6 +281,28 @@ mod tests {
         assert!(newton.report.last_change < 1e-3, "{:?}", newton.report);
         [diffused, newton]
             .map(|found| 0.8 * found.report.smoothness_energy + found.report.guidance_energy)
+    }
+
+    #[test]
+    fn options_out_of_range_are_refused() {
+        let surface = torus(2.0, 0.7, 12, 6);
+        let surface = Surface::from_triangles(surface.positions, &surface.triangles).unwrap();
+        let watch = Watch::new();
+        let domain = FieldDomain::of(&surface, &watch).unwrap();
+        let guidance = Guidance::none(Symmetry::Cross, surface.mesh().vertex_count());
+        let refused = |options: NewtonOptions| {
+            let positions = surface.positions();
+            let found =
+                smooth_field_by_newton(domain.delaunay(), positions, &guidance, &options, &watch);
+            assert!(matches!(found, Err(FieldError::Option { .. })));
+        };
+        let good = NewtonOptions::default();
+        for smoothing in [-0.1, 1.0, f64::NAN] {
+            refused(NewtonOptions { smoothing, ..good });
+        }
+        for penalty in [0.0, -1.0, f64::INFINITY, f64::NAN] {
+            refused(NewtonOptions { penalty, ..good });
+        }
     }
 
     #[test]

@@ -1,4 +1,4 @@
-use super::angle_fit::AngleFit;
+use super::angle_fit::{AngleFit, STIFFENED_SOLVES};
 use super::face_path::{End, FacePath, FacePathFinder};
 use super::guidance::CURVATURE_WEIGHT;
 use super::matching::Matching;
@@ -68,7 +68,7 @@ impl FieldDomain<'_> {
         let free: Vec<VertexId> = self.surface().mesh().vertices().filter(is_free).collect();
         if !free.is_empty() {
             let mut fit = AngleFit::new(self, guidance, wanted.smoothing);
-            fit.fit(&mut angles, &matching, &free)?;
+            fit.fit(&mut angles, &matching, &free, STIFFENED_SOLVES)?;
         }
         let angles = angles.map(|&angle| symmetry.reduce(angle).0);
         let field = CrossField::from_angles(symmetry, angles);

@@ -79,14 +79,7 @@ pub fn smooth_field(
     options: &SmoothingOptions,
     watch: &Watch,
 ) -> Result<SmoothField, FieldError> {
-    if !(0.0..1.0).contains(&options.smoothing) {
-        let (name, value) = ("smoothing", options.smoothing);
-        return Err(FieldError::Option {
-            name,
-            value,
-            range: "0 to below 1",
-        });
-    }
+    check_share(options.smoothing)?;
     let _stage = watch.stage("field smoothing");
     let system = System::new(triangulation, guidance, options.smoothing)?;
     let mut run = Diffusion::new(&system, positions, watch)?;
@@ -113,6 +106,18 @@ pub fn smooth_field(
             guidance.symmetry(),
             powers.map(|&power| guidance.symmetry().root(power)),
         ),
+    })
+}
+
+/// Refuses a share of smoothness that is none.
+pub(super) fn check_share(smoothing: f64) -> Result<(), FieldError> {
+    if (0.0..1.0).contains(&smoothing) {
+        return Ok(());
+    }
+    Err(FieldError::Option {
+        name: "smoothing",
+        value: smoothing,
+        range: "0 to below 1",
     })
 }
 

@@ -3,8 +3,8 @@ use glam::DVec3;
 use super::report::counts_by_index;
 use super::{
     CancelOptions, Cancellation, CrossField, FieldDomain, FieldError, FieldOptions, FieldReport,
-    Guidance, Prescription, PrincipalCurvature, Singularities, SingularityPlan, SmoothField,
-    Stroke, Symmetry, feature_edges, principal_curvatures, smooth_field,
+    Guidance, Prescription, PrincipalCurvature, Singularities, SingularityPlan, Stroke, Symmetry,
+    feature_edges, principal_curvatures, smooth_field,
 };
 use crate::geometry::{Similarity, normalized, vertex_areas, vertex_frames};
 use crate::mesh::{PerVertex, Surface, Topology};
@@ -64,45 +64,39 @@ pub fn cross_field(
     };
     let curvatures = ground.curvatures(watch)?;
     let (guidance, feature_edges) = ground.guidance(curvatures.as_ref())?;
-    let positions = unit_surface.positions();
-    let smooth = smooth_field(
-        domain.delaunay(),
-        positions,
-        &guidance,
-        &options.smoothing,
-        watch,
-    )?;
-    let SmoothField { field, report } = smooth;
-    let (field, cancellation) = ground.planned(field, &guidance, watch)?;
+    let (delaunay, positions) = (domain.delaunay(), unit_surface.positions());
+    let smooth = smooth_field(delaunay, positions, &guidance, &options.smoothing, watch)?;
+    let smoothing = smooth.report;
+    let (field, cancellation) = ground.planned(smooth.field, &guidance, watch)?;
     let singularities = domain.singularities(&field);
-    let euler_characteristic = ground.checked_index_sum(&singularities)?;
     let curl = options.curl_correction.as_ref();
     let curl = curl
         .map(|wanted| domain.curl_correction(&field, wanted, watch))
         .transpose()?;
-    let [mean_deviation, mean_confidence] = ground.deviation(&field, curvatures.as_ref());
     let (scale, curl) = curl.map_or((None, None), |curl| (Some(curl.scale), Some(curl.report)));
+    let [mean_deviation, mean_confidence] = ground.deviation(&field, curvatures.as_ref());
+    let report = FieldReport {
+        symmetry: options.symmetry,
+        fixed_vertices: guidance.fixed_count(),
+        feature_edges,
+        singularities: singularities.count(),
+        singularities_by_index: counts_by_index(&singularities),
+        index_sum: singularities.index_sum(),
+        euler_characteristic: ground.checked_index_sum(&singularities)?,
+        mean_deviation,
+        mean_confidence,
+        smoothing,
+        cancellation,
+        curl,
+    };
     Ok(FieldResult {
-        report: FieldReport {
-            symmetry: options.symmetry,
-            fixed_vertices: guidance.fixed_count(),
-            feature_edges,
-            singularities: singularities.count(),
-            singularities_by_index: counts_by_index(&singularities),
-            index_sum: singularities.index_sum(),
-            euler_characteristic,
-            mean_deviation,
-            mean_confidence,
-            smoothing: report,
-            cancellation,
-            curl,
-        },
         directions: field.directions_in_space(&unit_surface, domain.triangulation()),
         normals: vertex_frames(&unit_surface).map(|frame| frame.normal),
+        curvatures: curvatures.map(|curvatures| at_own_scale(&curvatures, &similarity)),
         field,
         singularities,
-        curvatures: curvatures.map(|curvatures| at_own_scale(&curvatures, &similarity)),
         scale,
+        report,
     })
 }
 

@@ -50,21 +50,14 @@ impl<'a> TangentPlanes<'a> {
     /// The angle in the frame of the direction with this angle along the surface.
     fn image(&self, vertex: VertexId, angle: f64) -> Option<f64> {
         let scale = self.triangulation.angle_scale(vertex);
-        let inside = self.sectors(vertex).find_map(|sector| {
-            let past = (angle - sector.start).rem_euclid(TAU);
-            // Rounding must not lose a direction between two triangles, or at the boundary.
-            let past = if past > TAU - SLACK {
-                0.0
-            } else {
-                past / scale
-            };
-            let [side, next] = sector.sides;
-            let width = side.angle_between(next);
-            if past > width + SLACK {
+        let inside = self.surface.mesh().outgoing(vertex).find_map(|halfedge| {
+            let past = round_down(angle - self.triangulation.direction(halfedge));
+            if past > self.width(halfedge, scale) + SLACK {
                 return None;
             }
+            let [side, next] = self.sector(halfedge)?.sides;
             let across = (next - side * side.dot(next)).try_normalize()?;
-            let (sin, cos) = libm::sincos(past);
+            let (sin, cos) = libm::sincos(past / scale);
             polar_angle(self.frames[vertex].project(side * cos + across * sin))
         });
         inside.or_else(|| {
@@ -112,20 +105,47 @@ impl<'a> TangentPlanes<'a> {
     /// The corners round a vertex.
     fn sectors(&self, vertex: VertexId) -> impl Iterator<Item = Sector> + '_ {
         let halfedges = self.surface.mesh().outgoing(vertex);
-        halfedges.filter_map(move |halfedge| {
-            let side = self.unit(halfedge, 1.0)?;
-            let next = self.unit(halfedge.previous(), -1.0)?;
-            Some(Sector {
-                start: self.triangulation.direction(halfedge),
-                sides: [side, next],
-            })
+        halfedges.filter_map(move |halfedge| self.sector(halfedge))
+    }
+
+    /// The corner at the origin of a halfedge.
+    fn sector(&self, halfedge: HalfedgeId) -> Option<Sector> {
+        let side = self.unit(halfedge, 1.0)?;
+        let next = self.unit(halfedge.previous(), -1.0)?;
+        Some(Sector {
+            start: self.triangulation.direction(halfedge),
+            sides: [side, next],
         })
+    }
+
+    /// How wide that corner is along the surface, as directions count.
+    fn width(&self, halfedge: HalfedgeId, scale: f64) -> f64 {
+        match self.surface.mesh().turn_left(halfedge) {
+            Some(left) => {
+                let [here, there] = [halfedge, left].map(|side| self.triangulation.direction(side));
+                round_down(there - here)
+            }
+            None => {
+                scale
+                    * self
+                        .triangulation
+                        .shape(halfedge.face())
+                        .angle(halfedge.side())
+            }
+        }
     }
 
     fn unit(&self, halfedge: HalfedgeId, sign: f64) -> Option<DVec3> {
         let vector = self.surface.halfedge_vector(halfedge) * sign;
         (vector / vector.abs().max_element()).try_normalize()
     }
+}
+
+/// An angle in `0.0..2π`, just below a whole turn as 0: rounding must not lose a direction between
+/// two triangles, or at the boundary.
+fn round_down(angle: f64) -> f64 {
+    let wrapped = angle.rem_euclid(TAU);
+    if wrapped > TAU - SLACK { 0.0 } else { wrapped }
 }
 
 /// The corner of a triangle at a vertex.

@@ -115,15 +115,38 @@ impl Found<'_> {
         Ok(text)
     }
 
+    /// A position of the file, or the origin for one that is no part of the surface because it is not
+    /// finite: no format holds that.
+    pub(super) fn finite(position: DVec3) -> DVec3 {
+        if position.is_finite() {
+            position
+        } else {
+            DVec3::ZERO
+        }
+    }
+
     /// The file's polygons, and at each vertex of the surface a cross, a line or a ray.
     pub(super) fn to_lines(&self) -> PolygonSoup {
         let surface = &self.repaired.surface;
         let length = RAY * EdgeLengths::of(surface).mean();
         let mut soup = PolygonSoup {
-            positions: self.soup.positions.clone(),
-            polygons: self.soup.polygons.clone(),
+            positions: self
+                .soup
+                .positions
+                .iter()
+                .map(|&p| Self::finite(p))
+                .collect(),
             ..PolygonSoup::default()
         };
+        // Repair drops those of two corners, and OBJ cannot hold them.
+        for polygon in self
+            .soup
+            .polygons
+            .iter()
+            .filter(|corners| corners.len() > 2)
+        {
+            soup.polygons.push(polygon);
+        }
         for vertex in surface.mesh().vertices() {
             let middle = surface.position(vertex);
             let (direction, normal) = (self.field.directions[vertex], self.field.normals[vertex]);

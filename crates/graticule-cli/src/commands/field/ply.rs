@@ -20,7 +20,7 @@ impl Found<'_> {
             let field = &self.field;
             let [normal, direction] = [&field.normals, &field.directions]
                 .map(|values| of_surface.map_or(DVec3::ZERO, |vertex| values[vertex]));
-            for vector in [*position, normal, direction] {
+            for vector in [Self::finite(*position), normal, direction] {
                 for value in vector.to_array() {
                     bytes.extend(value.to_le_bytes());
                 }
