@@ -188,7 +188,7 @@ fn scale_to_patch(patch: &Patch, positions: &[DVec2]) -> Result<f64, FlattenErro
     Ok(area.recip().sqrt())
 }
 
-/// [DMA02] §5.1: Σ (|u_i − u_j|² / |x_i − x_j|² − 1)² as a polynomial in λ, over the number of
+/// [DMA02] §5.1: `Σ (|u_i − u_j|² / |x_i − x_j|² − 1)²` as a polynomial in λ, over the number of
 /// edges.
 ///
 /// [DMA02]: crate::papers::DMA02
@@ -208,7 +208,7 @@ fn edge_length_quartic(measured: &Measured<'_>, line: Line<'_>, scale: f64) -> Q
     quartic
 }
 
-/// [DMA02] §5.1, areas, without the stray square: Σ (A_param / A_3D − 1)², over the number of
+/// [DMA02] §5.1, areas, without the stray square: `Σ (A_param / A_3D − 1)²`, over the number of
 /// triangles.
 ///
 /// [DMA02]: crate::papers::DMA02
