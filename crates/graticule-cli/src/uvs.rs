@@ -58,6 +58,35 @@ pub(crate) fn put_corners_into(
     with_first_set(soup, uvs, corner_values)
 }
 
+/// As [`put_into`], where corners of one vertex may have different coordinates: `uv_of_corner`
+/// says which of `uvs` each corner of the repaired surface has, or [`NO_VALUE`].
+pub(crate) fn put_at_corners(
+    soup: PolygonSoup,
+    repaired: &Repaired,
+    uvs: Vec<DVec2>,
+    uv_of_corner: &PerCorner<u32>,
+) -> PolygonSoup {
+    let value = |corner: Option<HalfedgeId>| corner.map_or(NO_VALUE, |corner| uv_of_corner[corner]);
+    let uvs = PerVertex::new(uvs);
+    if repaired.changes.keep_polygons() {
+        let corners = repaired.mesh_corners(&soup).into_iter();
+        let corners = corners.map(|corner| (corner != NO_VALUE).then_some(HalfedgeId(corner)));
+        let corner_values = corners.map(value).collect();
+        return with_first_set(soup, &uvs, corner_values);
+    }
+    let soup = repaired.to_soup(&soup);
+    let mesh = repaired.surface.mesh();
+    let mut corner_values = Vec::with_capacity(soup.polygons.corner_count());
+    for polygon in soup.polygons.iter() {
+        for (index, &vertex) in polygon.iter().enumerate() {
+            let next = VertexId(polygon[(index + 1) % polygon.len()]);
+            let mut sides = mesh.outgoing(VertexId(vertex));
+            corner_values.push(value(sides.find(|&side| mesh.destination(side) == next)));
+        }
+    }
+    with_first_set(soup, &uvs, corner_values)
+}
+
 fn with_first_set(
     mut soup: PolygonSoup,
     uvs: &PerVertex<DVec2>,

@@ -2,7 +2,17 @@ use std::f64::consts::TAU;
 
 use glam::DVec3;
 
-use crate::Fixture;
+use crate::{Fixture, cells};
+
+/// The faces of a cube whose corner `n` lies at the coordinates that are the bits of `n`.
+pub const CUBE_QUADS: [[u32; 4]; 6] = [
+    [0, 2, 3, 1],
+    [4, 5, 7, 6],
+    [0, 1, 5, 4],
+    [2, 6, 7, 3],
+    [0, 4, 6, 2],
+    [1, 3, 7, 5],
+];
 
 /// The unit cube `0.0..=1.0` in each coordinate: 8 vertices, 12 triangles.
 #[must_use]
@@ -17,15 +27,7 @@ pub fn cube() -> Fixture {
             )
         })
         .collect();
-    let quads: [[u32; 4]; 6] = [
-        [0, 2, 3, 1],
-        [4, 5, 7, 6],
-        [0, 1, 5, 4],
-        [2, 6, 7, 3],
-        [0, 4, 6, 2],
-        [1, 3, 7, 5],
-    ];
-    let triangles = quads
+    let triangles = CUBE_QUADS
         .iter()
         .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]])
         .collect();
@@ -107,16 +109,8 @@ pub fn torus(major_radius: f64, minor_radius: f64, around: u32, across: u32) -> 
     }
     let vertex = |i: u32, j: u32| (i % around) * across + j % across;
     let mut triangles = Vec::new();
-    for i in 0..around {
-        for j in 0..across {
-            let [a, b, c, d] = [
-                vertex(i, j),
-                vertex(i + 1, j),
-                vertex(i + 1, j + 1),
-                vertex(i, j + 1),
-            ];
-            triangles.extend([[a, b, c], [a, c, d]]);
-        }
+    for [a, d, c, b] in cells(around, across, vertex) {
+        triangles.extend([[a, b, c], [a, c, d]]);
     }
     Fixture {
         positions,
@@ -145,16 +139,8 @@ pub fn cylinder_closed(radius: f64, height: f64, around: u32, along: u32) -> Fix
     }
     let vertex = |level: u32, i: u32| level * around + i % around;
     let mut triangles = Vec::new();
-    for level in 0..along {
-        for i in 0..around {
-            let [a, b, c, d] = [
-                vertex(level, i),
-                vertex(level, i + 1),
-                vertex(level + 1, i + 1),
-                vertex(level + 1, i),
-            ];
-            triangles.extend([[a, b, c], [a, c, d]]);
-        }
+    for [a, b, c, d] in cells(along, around, vertex) {
+        triangles.extend([[a, b, c], [a, c, d]]);
     }
     let bottom = positions.len() as u32;
     let top = bottom + 1;

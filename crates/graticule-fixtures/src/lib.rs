@@ -8,7 +8,7 @@ mod hard;
 mod noise;
 mod patches;
 
-pub use closed::{cube, cylinder_closed, icosphere, torus};
+pub use closed::{CUBE_QUADS, cube, cylinder_closed, icosphere, torus};
 pub use hard::{
     block_with_holes, cone_closed, ellipsoid, grid_with_flat_triangles, hyperboloid, needles,
     sheared_strip,
@@ -16,7 +16,7 @@ pub use hard::{
 pub use noise::Noise;
 pub use patches::{
     annulus, bumpy_patch, cone_patch, cylinder_patch, disk, grid, irregular_disk, saddle_patch,
-    spherical_cap,
+    spherical_cap, vase,
 };
 
 use glam::DVec3;
@@ -99,4 +99,22 @@ impl Fixture {
             triangles,
         }
     }
+}
+
+/// The corners of each cell of a net, row after row, where `vertex` numbers the point at a row and
+/// a column: along the row, then back along the next one.
+fn cells(
+    rows: u32,
+    columns: u32,
+    vertex: impl Fn(u32, u32) -> u32,
+) -> impl Iterator<Item = [u32; 4]> {
+    let places = (0..rows).flat_map(move |row| (0..columns).map(move |column| (row, column)));
+    places.map(move |(row, column)| {
+        [
+            vertex(row, column),
+            vertex(row, column + 1),
+            vertex(row + 1, column + 1),
+            vertex(row + 1, column),
+        ]
+    })
 }

@@ -2,7 +2,7 @@ use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 
-use crate::{Fixture, Noise};
+use crate::{Fixture, Noise, cells};
 
 /// A flat grid over `0.0..=width` × `0.0..=height` in the plane z = 0, each cell cut in two along
 /// diagonals that alternate.
@@ -22,19 +22,11 @@ pub fn grid(width: f64, height: f64, columns: u32, rows: u32) -> Fixture {
     }
     let vertex = |row: u32, column: u32| row * (columns + 1) + column;
     let mut triangles = Vec::new();
-    for row in 0..rows {
-        for column in 0..columns {
-            let [a, b, c, d] = [
-                vertex(row, column),
-                vertex(row, column + 1),
-                vertex(row + 1, column + 1),
-                vertex(row + 1, column),
-            ];
-            if (row + column).is_multiple_of(2) {
-                triangles.extend([[a, b, c], [a, c, d]]);
-            } else {
-                triangles.extend([[a, b, d], [b, c, d]]);
-            }
+    for (number, [a, b, c, d]) in (0..).zip(cells(rows, columns, vertex)) {
+        if (number / columns + number % columns).is_multiple_of(2) {
+            triangles.extend([[a, b, c], [a, c, d]]);
+        } else {
+            triangles.extend([[a, b, d], [b, c, d]]);
         }
     }
     Fixture {
@@ -132,6 +124,20 @@ pub fn cylinder_patch(radius: f64, height: f64, around: u32, along: u32) -> Fixt
             .all(|&vertex| (vertex as usize) < side_vertices)
     });
     cylinder
+}
+
+/// A surface of revolution around the z axis, open at both ends: of height 4 and radius
+/// `1 + waist · cos(π z)`, so that it has two waists and a belly between them.
+///
+/// # Panics
+/// If `around` is below 3, `along` is 0, or `waist` is not between -1 and 1.
+#[must_use]
+pub fn vase(waist: f64, around: u32, along: u32) -> Fixture {
+    assert!(waist.abs() < 1.0, "a vase has a radius above 0");
+    cylinder_patch(1.0, 4.0, around, along).map(|p| {
+        let radius = 1.0 + waist * (std::f64::consts::PI * p.z).cos();
+        DVec3::new(p.x * radius, p.y * radius, p.z)
+    })
 }
 
 /// The flat ring between two circles around the origin.

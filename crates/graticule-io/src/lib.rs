@@ -51,7 +51,7 @@ pub use error::{Place, Problem, ReadError, WithoutFaces};
 pub use format::{Format, UnknownFormat};
 pub use graticule::mesh::PolygonSoup;
 pub use graticule::watch::Warning;
-pub use read::{MeshFile, read_bytes, read_file};
+pub use read::{MeshFile, read_bytes, read_file, read_polylines};
 pub use write::{
     WriteError, WriteOptions, has_uv_per_vertex, write_file, write_file_with, write_to,
     write_to_with,

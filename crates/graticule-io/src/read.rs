@@ -31,7 +31,20 @@ pub struct MeshFile {
 /// # Errors
 /// [`ReadError`] tells what is wrong and where.
 pub fn read_file(path: impl AsRef<Path>) -> Result<MeshFile, ReadError> {
-    let path = path.as_ref();
+    draft_of_file(path.as_ref())?.finish()
+}
+
+/// Reads the polylines of a file as points; an OBJ or PLY file needs no faces for that.
+///
+/// # Errors
+/// [`ReadError`], but for [`ReadError::NoFaces`].
+pub fn read_polylines(path: impl AsRef<Path>) -> Result<Vec<Vec<DVec3>>, ReadError> {
+    let soup = draft_of_file(path.as_ref())?.soup;
+    let points = |line: &Vec<u32>| line.iter().map(|&v| soup.positions[v as usize]).collect();
+    Ok(soup.polylines.iter().map(points).collect())
+}
+
+fn draft_of_file(path: &Path) -> Result<Draft, ReadError> {
     let mut file = File::open(path)?;
     let metadata = file.metadata()?;
     let hint = Format::of_path(path);
@@ -54,14 +67,14 @@ pub fn read_file(path: impl AsRef<Path>) -> Result<MeshFile, ReadError> {
 /// # Errors
 /// [`ReadError`] tells what is wrong and where.
 pub fn read_bytes(bytes: &[u8], hint: Option<Format>) -> Result<MeshFile, ReadError> {
-    read_stream(ByteStream::new(bytes, bytes.len() as u64), hint, None)
+    read_stream(ByteStream::new(bytes, bytes.len() as u64), hint, None)?.finish()
 }
 
 fn read_stream(
     mut stream: ByteStream<'_>,
     hint: Option<Format>,
     path: Option<&Path>,
-) -> Result<MeshFile, ReadError> {
+) -> Result<Draft, ReadError> {
     stream.ensure(HEAD)?;
     let head = &stream.available()[..stream.available().len().min(HEAD)];
     let format = detect(head, stream.size(), hint)?;
@@ -82,7 +95,7 @@ fn read_stream(
         Format::Stl => stl::read(stream, &mut draft)?,
         Format::Gltf | Format::Glb => gltf::read(stream, path, &mut draft)?,
     }
-    draft.finish()
+    Ok(draft)
 }
 
 fn same_family(a: Format, b: Format) -> bool {

@@ -6,6 +6,7 @@
 /// Largest relative residual `|Ax - b| / (|A| |x| + |b|)` accepted from a linear solver.
 ///
 /// A backward stable factorisation of a mesh Laplacian with a million unknowns stays below 1e-13;
+
 /// four digits of margin tell a broken solution from an ordinary one.
 pub const LINEAR_RESIDUAL: f64 = 1e-9;
 
@@ -44,6 +45,14 @@ pub const DEGENERATE_HEIGHT: f64 = 1e-10;
 /// than 1e-10 of the longest side of the worst triangle.
 pub const MOLLIFICATION_MARGIN: f64 = 1e-10;
 
+/// Longest side over the mean edge below which a triangle is mollified as if it were this large,
+/// lest the product of its lengths underflow. No sensible model has such triangles.
+pub const SMALLEST_TRIANGLE: f64 = DEGENERATE_HEIGHT * DEGENERATE_HEIGHT;
+
+/// Part of an edge at right angles to a vertex normal, over the edge's length, up to which the edge
+/// gives no direction in the tangent plane: half the digits of the edge are left.
+pub const TANGENT_SLANT: f64 = 1e-8;
+
 /// An edge is flipped only if the sine of the sum of the angles opposite to it is below minus this.
 ///
 /// Sines are known to a few 1e-16 at best; without the margin, four points on a circle could be
@@ -81,6 +90,15 @@ pub const REFINED_RESIDUAL: f64 = 1e-14;
 /// is zero; pivots of definite systems of needle triangles stay above 1e-12.
 pub const SINGULAR_PIVOT: f64 = 1e-13;
 
+/// Entries to which the factors of a scaled matrix may grow before rows are exchanged without
+/// restriction: half of all digits.
+pub const FACTOR_GROWTH: f64 = 1e8;
+
+/// Shift of an eigenvalue problem, relative to the ratio of its two matrices' norms: large enough to
+/// make the shifted matrix definite in spite of rounding, small against any eigenvalue that a mesh
+/// can resolve.
+pub const EIGENVALUE_SHIFT: f64 = 1e-9;
+
 /// Pivots below this are replaced in the regularised factorisation of an indefinite matrix whose
 /// largest entries are near one: rounding errors of such a factorisation.
 pub const REGULARISED_PIVOT: f64 = 1e-12;
@@ -116,11 +134,19 @@ pub const CORNER_WINDOW: f64 = 1.0 / 40.0;
 /// Half a turn: a rectangle's hold a whole one, any four stretches of a circle a tenth of it.
 pub const CORNER_TURNING: f64 = std::f64::consts::PI;
 
+/// Width over height that a rectangle may have, and the inverse of the least one: a thousand times
+/// more than any patch is drawn with, while areas and squares of lengths keep their digits.
+pub const LARGEST_ASPECT: f64 = 1e6;
+
 /// A correction smaller than this share of the solution ends the refinement.
 ///
 /// Corrections shrink by the condition number times rounding, so that the next one would be far
 /// below the 1e-10 to which maps are compared.
 pub const REFINED: f64 = 1e-11;
+
+/// Share of the last correction above which the next one is no progress: refinement that does not
+/// halve its correction is at the end of its digits.
+pub const REFINEMENT_GAIN: f64 = 0.5;
 
 /// A last correction larger than this share of the solution says that the solution is not
 /// determined: it is made of rounding errors.
@@ -224,6 +250,84 @@ pub const ANGLE_SUM: f64 = 1e-6;
 ///
 /// Shorter ones would crowd the triangles behind them; negative ones would fold the boundary.
 pub const LEAST_CLOSING_SHARE: f64 = 0.1;
+
+/// Least curvature of a triangle's energy, per area, for any change of its map's matrix.
+///
+/// Energies of isometric maps have curvatures of 2 to 8. This one is what keeps the Newton matrix
+/// definite where the energy does not see a change, as a turn of the whole map.
+pub const LEAST_CURVATURE: f64 = 1e-6;
+
+/// Share of the way to the first collapse of a triangle that a step may go.
+///
+/// A tenth of the area is left at most ways; further shares only make the next step harder.
+pub const SHARE_TO_COLLAPSE: f64 = 0.9;
+
+/// What a step must gain of the decrease that the gradient foretells (Armijo's rule).
+pub const SUFFICIENT_DECREASE: f64 = 1e-4;
+
+/// Damping of a Newton matrix that is not definite to rounding, as a share of its diagonal; raised
+/// a thousandfold until it is.
+pub const NEWTON_DAMPING: f64 = 1e-12;
+
+/// Side, at unit extent, given to a triangle all of whose corners fell together when a patch was
+/// made coarse: shorter than anything that shows, with squares far from underflow.
+pub const SHORTEST_SIDE: f64 = 1e-9;
+
+/// How much a triangle that closes a hole counts beside one of the surface.
+///
+/// Only its sign matters; at a hundredth it does not pull at the rim.
+pub const HOLE_IMPORTANCE: f64 = 1e-2;
+
+/// Share of the energy that the next Newton step must promise for the descent to go on.
+///
+/// Half a millionth: the fifth digit of a mean distortion stands.
+pub const INJECTIVE_GAIN: f64 = 1e-6;
+
+/// Share of the length of boundary edges within which boundaries push each other away.
+///
+/// Neighbouring vertices, an edge apart, do not notice each other; a gap of this width shows at the
+/// scale of single triangles only.
+pub const BARRIER_REACH: f64 = 0.25;
+
+/// What the push of boundaries counts beside the distortion of an area as wide as their gap.
+pub const BARRIER_WEIGHT: f64 = 1.0;
+
+/// Weight, against those of edges near 1, with which an angle keeps its value where nothing else
+/// determines it: the common angle of a component that nothing guides.
+///
+/// It bends a field by a millionth of its turns, and leaves the solution ten digits.
+pub const ANGLE_ANCHOR: f64 = 1e-6;
+
+/// Least and greatest weight of an edge where directions are carried along the surface's own
+/// triangles. The weights of good triangles are near one half; that of an obtuse corner is negative,
+/// that of a needle has no bound.
+pub const EDGE_WEIGHT_RANGE: [f64; 2] = [0.02, 50.0];
+
+/// Share of a step by which a field may turn along an edge where its jumps are prescribed. At half
+/// a step the jump would be another one; the margin is for those who compute it again.
+pub const WIDEST_TURN: f64 = 0.49;
+
+/// Step of a field's diffusion, in mean vertex areas: long enough to carry directions over some ten
+/// edges a step, short enough that the normalisation keeps up.
+pub const DIFFUSION_STEP: f64 = 0.02;
+
+/// How much longer than its radius the paths along edges may be that make up a geodesic disk.
+///
+/// They are up to 15 % longer than the surface's own distances on good triangles, and longer still
+/// on slanted ones; the way round the rim of a wall as thin as the radius is twice as long.
+pub const DISK_DETOUR: f64 = 1.3;
+
+/// Distance of a stroke from a vertex, in mean edge lengths, up to which it says something of the
+/// field there. One on the surface is within one edge length even of coarse places.
+pub const STROKE_REACH: f64 = 2.0;
+
+/// Distance from the ends of an edge, over its length, that lines crossing it keep, so that they
+/// cross one edge at a time and never meet a vertex: invisible, and far above rounding.
+pub const EDGE_END: f64 = 1e-9;
+
+/// Share of a step by which a field may turn along an edge for its jump to be read off its angles:
+/// above what is aimed at, below half a step by far more than rounding.
+pub const WIDEST_TURN_READ: f64 = 0.499;
 
 /// Height over longest side below which an optimised map lets no triangle fall.
 ///

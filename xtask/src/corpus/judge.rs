@@ -36,6 +36,29 @@ const REPAIR: Job = Job {
 
 const NATURAL: Job = flattening("natural", &["flatten", "--method", "natural"], false);
 
+/// Crosses on whatever the surface is; the mesh written has them as lines.
+const FIELD: Job = Job {
+    name: "field",
+    arguments: &["field"],
+    writes_mesh: true,
+    promises_no_flip: false,
+};
+
+/// Vectors and lines, on models of which something is expected. Each run checks that the indices sum
+/// to the Euler characteristic.
+const ON_MODELS: [Job; 2] = [
+    Job {
+        name: "field-1",
+        arguments: &["field", "--symmetry", "1"],
+        ..FIELD
+    },
+    Job {
+        name: "field-2",
+        arguments: &["field", "--symmetry", "2"],
+        ..FIELD
+    },
+];
+
 /// What is run on patches beside the natural map. Positive weights on the patch's own edges and a
 /// convex boundary exclude flips (Tutte 1963, Floater 2003).
 const ON_PATCHES: [Job; 4] = [
@@ -75,8 +98,10 @@ const fn flattening(
 pub(super) fn run_file(program: &Program, folder: &Path, file: &str) -> Row {
     let is_patch = file.contains("disks/");
     let on_patches = if is_patch { &ON_PATCHES[..] } else { &[] };
-    let jobs = [INFO, REPAIR, NATURAL];
-    let cells = jobs.iter().chain(on_patches);
+    let is_model = file.starts_with("dev/") && !is_patch;
+    let on_models = if is_model { &ON_MODELS[..] } else { &[] };
+    let jobs = [INFO, REPAIR, NATURAL, FIELD];
+    let cells = jobs.iter().chain(on_models).chain(on_patches);
     Row {
         file: file.to_owned(),
         cells: cells
@@ -200,7 +225,9 @@ fn figures_of(report: &Value) -> Figures {
     let count = |key: &str| report.pointer(key).and_then(Value::as_u64);
     Figures {
         flipped: count("/measure/faces/flipped"),
-        residual: report.pointer("/result/residual").and_then(Value::as_f64),
+        residual: ["/result/residual", "/result/smoothing/residual"]
+            .iter()
+            .find_map(|key| report.pointer(key).and_then(Value::as_f64)),
         peak_mebibytes: report["peak_memory_bytes"]
             .as_u64()
             .map(|bytes| bytes >> 20),

@@ -1,3 +1,4 @@
+use gltf::json::accessor::sparse::Sparse;
 use gltf::json::accessor::{Accessor, ComponentType, Type};
 use gltf::json::validation::Checked;
 use gltf::json::{Index, Root};
@@ -141,51 +142,62 @@ impl Accessors<'_> {
         blank: T,
         convert: impl Fn(&[u8]) -> T,
     ) -> Result<Vec<T>, ReadError> {
-        let fail = |problem| Self::error(index, problem);
-        let count = accessor.count.0;
-        let mut values = if let Some(view) = accessor.buffer_view {
-            let offset = accessor.byte_offset.unwrap_or_default().0;
-            let pieces = self.pieces(view, offset, count, length).map_err(fail)?;
-            (0..count as usize)
-                .map(|k| convert(pieces.get(k)))
-                .collect()
-        } else {
-            // Zeros cost no bytes in the file; more of them than it has bytes make no sense.
-            let available = self.buffers.size();
-            if count > available {
-                return Err(fail(Problem::BeyondBuffer {
-                    needed: count,
-                    source_kind: "file",
-                    available,
-                }));
-            }
-            vec![blank; count as usize]
+        let pieced = |pieces: Pieces<'_>| {
+            let all = 0..accessor.count.0 as usize;
+            all.map(|k| convert(pieces.get(k))).collect()
         };
-        if let Some(sparse) = &accessor.sparse {
-            let Checked::Valid(index_type) = sparse.indices.component_type else {
-                return Err(fail(Problem::WrongType {
-                    attribute: "sparse indices",
-                }));
-            };
-            let (size, changed) = (index_type.0.size(), sparse.count.0);
-            let (at, new) = (&sparse.indices, &sparse.values);
-            let places = self
-                .pieces(at.buffer_view, at.byte_offset.0, changed, size)
-                .map_err(fail)?;
-            let news = self
-                .pieces(new.buffer_view, new.byte_offset.0, changed, length)
-                .map_err(fail)?;
-            for k in 0..changed as usize {
-                let place = to_integer(index_type.0, places.get(k));
-                let Some(value) = values.get_mut(place as usize) else {
-                    return Err(fail(Problem::IndexOutOfRange {
-                        kind: "sparse",
-                        index: i64::from(place),
-                        count: count as usize,
-                    }));
-                };
-                *value = convert(news.get(k));
+        let dense = match accessor.buffer_view {
+            Some(view) => {
+                let offset = accessor.byte_offset.unwrap_or_default().0;
+                self.pieces(view, offset, accessor.count.0, length)
+                    .map(pieced)
             }
+            None => self.blanks(accessor.count.0, blank),
+        };
+        let values = dense.and_then(|values| match &accessor.sparse {
+            Some(sparse) => self.with_sparse(values, sparse, length, convert),
+            None => Ok(values),
+        });
+        values.map_err(|problem| Self::error(index, problem))
+    }
+
+    /// Zeros cost no bytes in the file; more of them than it has bytes make no sense.
+    fn blanks<T: Copy>(&self, count: u64, blank: T) -> Result<Vec<T>, Problem> {
+        let available = self.buffers.size();
+        if count > available {
+            return Err(Problem::BeyondBuffer {
+                needed: count,
+                source_kind: "file",
+                available,
+            });
+        }
+        Ok(vec![blank; count as usize])
+    }
+
+    fn with_sparse<T>(
+        &self,
+        mut values: Vec<T>,
+        sparse: &Sparse,
+        length: usize,
+        convert: impl Fn(&[u8]) -> T,
+    ) -> Result<Vec<T>, Problem> {
+        let Checked::Valid(index_type) = sparse.indices.component_type else {
+            let attribute = "sparse indices";
+            return Err(Problem::WrongType { attribute });
+        };
+        let (size, changed) = (index_type.0.size(), sparse.count.0);
+        let (at, new) = (&sparse.indices, &sparse.values);
+        let places = self.pieces(at.buffer_view, at.byte_offset.0, changed, size)?;
+        let news = self.pieces(new.buffer_view, new.byte_offset.0, changed, length)?;
+        let count = values.len();
+        for k in 0..changed as usize {
+            let place = to_integer(index_type.0, places.get(k));
+            let value = values.get_mut(place as usize);
+            *value.ok_or(Problem::IndexOutOfRange {
+                kind: "sparse",
+                index: i64::from(place),
+                count,
+            })? = convert(news.get(k));
         }
         Ok(values)
     }

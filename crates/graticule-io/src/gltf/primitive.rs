@@ -133,37 +133,35 @@ fn shapes(primitive: &Primitive, indices: &[u32], place: &Place) -> Result<Shape
     Ok(match mode {
         Mode::Points => Shapes::Points,
         Mode::Lines => {
+            let (ends, _) = indices.as_chunks();
             whole(2, "lines")?;
-            Shapes::Segments(
-                indices
-                    .chunks_exact(2)
-                    .map(|ends| [ends[0], ends[1]])
-                    .collect(),
-            )
+            Shapes::Segments(ends.to_vec())
         }
-        Mode::LineStrip | Mode::LineLoop => {
-            let mut segments: Vec<_> = indices.windows(2).map(|ends| [ends[0], ends[1]]).collect();
-            if let (Mode::LineLoop, [first, .., last]) = (mode, indices) {
-                segments.push([*last, *first]);
-            }
-            Shapes::Segments(segments)
+        Mode::LineStrip => Shapes::Segments(line_strip(indices).collect()),
+        Mode::LineLoop => {
+            let closing = indices.last().zip(indices.first());
+            let closing = closing.map(|(&last, &first)| [last, first]);
+            let closing = closing.filter(|_| indices.len() > 1);
+            Shapes::Segments(line_strip(indices).chain(closing).collect())
         }
         Mode::Triangles => {
+            let (triangles, _) = indices.as_chunks();
             whole(3, "triangles")?;
-            Shapes::Triangles(
-                indices
-                    .chunks_exact(3)
-                    .map(|t| [t[0], t[1], t[2]])
-                    .collect(),
-            )
+            Shapes::Triangles(triangles.to_vec())
         }
         Mode::TriangleStrip => Shapes::Triangles(strip_triangles(indices).collect()),
-        Mode::TriangleFan => Shapes::Triangles(match indices {
-            [center, rim @ ..] => rim
-                .windows(2)
-                .map(|side| [*center, side[0], side[1]])
-                .collect(),
-            [] => Vec::new(),
-        }),
+        Mode::TriangleFan => Shapes::Triangles(fan_triangles(indices)),
     })
+}
+
+fn line_strip(indices: &[u32]) -> impl Iterator<Item = [u32; 2]> {
+    indices.windows(2).map(|ends| [ends[0], ends[1]])
+}
+
+fn fan_triangles(indices: &[u32]) -> Vec<[u32; 3]> {
+    let Some((&center, rim)) = indices.split_first() else {
+        return Vec::new();
+    };
+    let sides = rim.windows(2);
+    sides.map(|side| [center, side[0], side[1]]).collect()
 }

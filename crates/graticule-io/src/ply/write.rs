@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 use graticule::mesh::{CornerAttribute, PolygonSoup};
 
 use super::header::Scalar;
-use crate::write::{Losses, Sink, fits_single, per_vertex};
+use crate::write::{Losses, Sink, fits_single, per_vertex, vertex_normals};
 
 /// Writes a whole PLY file: little-endian, or text if `ascii`.
 pub(crate) fn write(
@@ -73,14 +73,7 @@ fn to_byte(part: f32) -> u8 {
 impl<'a> Content<'a> {
     fn of(soup: &'a PolygonSoup, losses: &mut Losses) -> Self {
         let attributes = &soup.attributes;
-        let normals = attributes
-            .normals
-            .as_ref()
-            .and_then(|set| per_vertex(set, soup));
-        losses.lose(
-            "normals that differ between the corners of a vertex",
-            normals.is_none() && attributes.normals.is_some(),
-        );
+        let normals = vertex_normals(soup, losses);
         let set = attributes.uv_sets.first();
         let uvs = set.and_then(|set| per_vertex(set, soup));
         let corner_uvs = set.filter(|_| uvs.is_none());

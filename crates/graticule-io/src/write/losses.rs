@@ -1,7 +1,8 @@
+use glam::DVec3;
 use graticule::mesh::{Attributes, PolygonSoup};
 use graticule::watch::Warning;
 
-use super::fits_single;
+use super::{fits_single, per_vertex};
 use crate::Format;
 
 /// Collects what a format could not hold.
@@ -91,4 +92,15 @@ impl Losses {
         let unused = soup.positions.len() - used.iter().filter(|&&used| used).count();
         self.lose(&format!("{unused} vertices without faces"), unused > 0);
     }
+}
+
+/// The normals, if each vertex has one; told as a loss where they differ between its corners.
+pub(crate) fn vertex_normals(soup: &PolygonSoup, losses: &mut Losses) -> Option<Vec<DVec3>> {
+    let set = soup.attributes.normals.as_ref()?;
+    let normals = per_vertex(set, soup);
+    losses.lose(
+        "normals that differ between the corners of a vertex",
+        normals.is_none(),
+    );
+    normals
 }

@@ -16,7 +16,7 @@ use crate::Format;
 use crate::{gltf, obj, off, ply, stl};
 
 pub use error::WriteError;
-pub(crate) use losses::Losses;
+pub(crate) use losses::{Losses, vertex_normals};
 pub use shape::has_uv_per_vertex;
 pub(crate) use shape::{facets, fits_single, per_vertex, triangles};
 pub(crate) use sink::Sink;

@@ -3,11 +3,14 @@
 
 use glam::{DVec2, DVec3};
 use graticule::mesh::{CornerAttribute, NO_VALUE, PolygonLabels, PolygonSoup};
-use graticule_fixtures::{cube, torus};
+use graticule_fixtures::{Fixture, cube, torus};
 
 /// Triangles without attributes.
 pub(crate) fn plain_cube() -> PolygonSoup {
-    let fixture = cube();
+    soup_of(cube())
+}
+
+fn soup_of(fixture: Fixture) -> PolygonSoup {
     PolygonSoup {
         positions: fixture.positions,
         polygons: fixture
@@ -61,16 +64,7 @@ pub(crate) fn seamed_quads() -> PolygonSoup {
 /// coordinates of which the second covers a part only.
 pub(crate) fn named_cubes() -> PolygonSoup {
     let moved = torus(2.0, 0.5, 5, 4).map(|position| position + DVec3::new(7.0, 0.0, 0.0));
-    let fixture = cube().joined(&moved);
-    let mut soup = PolygonSoup {
-        positions: fixture.positions,
-        polygons: fixture
-            .triangles
-            .iter()
-            .map(|triangle| &triangle[..])
-            .collect(),
-        ..PolygonSoup::default()
-    };
+    let mut soup = soup_of(cube().joined(&moved));
     let (polygons, corners) = (soup.polygons.len(), soup.polygons.corner_count());
     let attributes = &mut soup.attributes;
     let labels = |names: &[&str], of_polygon: &dyn Fn(usize) -> u32| {

@@ -1,9 +1,9 @@
 use std::f64::consts::PI;
 
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 use serde::Serialize;
 
-use super::{CrossField, FieldError};
+use super::{CrossField, FieldDomain, FieldError};
 use crate::geometry::{
     IntrinsicTriangulation, cotangent_weights, divergence, gradients, vertex_areas,
 };
@@ -46,60 +46,95 @@ pub struct CurlReport {
     pub found_range: [f64; 2],
     /// Vertices at which the range cut the scale.
     pub clamped_vertices: usize,
+    /// Their share of all vertices.
+    pub clamped_share: f64,
     /// Triangles left out because the field is singular there: its turning has no bound.
     pub singular_faces: usize,
     /// Relative residual of the linear solve.
     pub residual: f64,
 }
 
-/// Scales the field so that it has as little curl as possible: least squares of
-/// `∇ log v = R90 ∇γ`, γ the direction of the field in each triangle ([PGP06] Eqs. 17–20).
-///
-/// γ is measured in one frame per triangle, after the three vertices are matched by steps of the
-/// field's symmetry, and its differences go through parallel transport; so it has no jump, and a
-/// jump of `atan2` never counts as curl. The system is a Poisson equation on the whole surface, one
-/// vertex of each component held.
-///
-/// `triangulation` should be the intrinsic Delaunay triangulation; `mesh` tells the components.
-///
-/// Cost: one scalar factorisation and solve.
-///
-/// # Errors
-/// [`FieldError`].
-///
-/// [PGP06]: crate::papers::PGP06
-pub fn curl_correction(
-    mesh: &TriangleMesh,
-    triangulation: &IntrinsicTriangulation,
-    positions: &PerVertex<DVec3>,
-    field: &CrossField,
-    options: &CurlOptions,
-    watch: &Watch,
-) -> Result<CurlCorrection, FieldError> {
-    check_range(options)?;
-    let _stage = watch.stage("curl correction");
-    let (turning, singular_faces) = field_turning(triangulation, field);
-    // R90 ∇γ, and nothing where the field is singular.
-    let wanted = turning.map(|gradient| gradient.unwrap_or_default().perp());
-    let topology = Topology::of(mesh);
-    let (logarithms, residual) = solve(mesh, triangulation, positions, &topology, &wanted)?;
-    let left = gradients(triangulation, &logarithms)?;
-    let rest = |face: FaceId| (wanted[face] - left[face]).length_squared();
-    let curl = |square: &dyn Fn(FaceId) -> f64| mean_root(triangulation, &turning, square);
-    let mut scale = normalized_scale(mesh, triangulation, &topology, &logarithms);
-    let found_range = extremes(&scale);
-    let clamped_vertices = clamp(&mut scale, options.range);
-    Ok(CurlCorrection {
-        report: CurlReport {
-            curl_before: curl(&|face| wanted[face].length_squared()),
-            curl_after: curl(&rest),
-            found_range,
-            clamped_vertices,
-            singular_faces,
-            residual,
-        },
-        scale,
-    })
+impl FieldDomain<'_> {
+    /// Scales the field so that it has as little curl as possible: least squares of
+    /// `∇ log v = R90 ∇γ`, γ the direction of the field in each triangle ([PGP06] Eqs. 17–20).
+    ///
+    /// γ is measured in one frame per triangle, after the three vertices are matched by steps of the
+    /// field's symmetry, and its differences go through parallel transport; so it has no jump, and a
+    /// jump of `atan2` never counts as curl. The system is a Poisson equation on the whole surface,
+    /// one vertex of each component held.
+    ///
+    /// Cost: one scalar factorisation and solve.
+    ///
+    /// # Errors
+    /// [`FieldError`].
+    ///
+    /// [PGP06]: crate::papers::PGP06
+    pub fn curl_correction(
+        &self,
+        field: &CrossField,
+        options: &CurlOptions,
+        watch: &Watch,
+    ) -> Result<CurlCorrection, FieldError> {
+        check_range(options)?;
+        let _stage = watch.stage("curl correction");
+        let triangulation = self.delaunay();
+        let (turning, singular_faces) = field_turning(triangulation, field);
+        // R90 ∇γ, and nothing where the field is singular.
+        let wanted = turning.map(|gradient| gradient.unwrap_or_default().perp());
+        let topology = Topology::of(self.surface().mesh());
+        let (logarithms, residual) = self.scale_logarithms(&topology, &wanted)?;
+        let left = gradients(triangulation, &logarithms)?;
+        let rest = |face: FaceId| (wanted[face] - left[face]).length_squared();
+        let curl = |square: &dyn Fn(FaceId) -> f64| mean_root(triangulation, &turning, square);
+        let mesh = self.surface().mesh();
+        let mut scale = normalized_scale(mesh, triangulation, &topology, &logarithms);
+        let found_range = extremes(&scale);
+        let clamped_vertices = clamp(&mut scale, options.range);
+        Ok(CurlCorrection {
+            report: CurlReport {
+                curl_before: curl(&|face| wanted[face].length_squared()),
+                curl_after: curl(&rest),
+                found_range,
+                clamped_vertices,
+                clamped_share: clamped_vertices as f64 / scale.len() as f64,
+                singular_faces,
+                residual,
+            },
+            scale,
+        })
+    }
+
+    /// The logarithms of the scale, 0 at one vertex of each component.
+    fn scale_logarithms(
+        &self,
+        topology: &Topology,
+        wanted: &PerFace<DVec2>,
+    ) -> Result<(PerVertex<f64>, f64), FieldError> {
+        let weights = cotangent_weights(self.delaunay())?;
+        let pairs = weights.ends.iter().map(|ends| ends.map(Element::index));
+        let edges = pairs.zip(weights.weights.iter().copied());
+        let count = self.delaunay().vertex_count();
+        let matrix = SymmetricMatrix::laplacian(count, edges)?;
+        let mut held = PerComponent::filled(topology.components.len(), usize::MAX);
+        let mesh = self.surface().mesh();
+        for face in mesh.faces() {
+            let held = &mut held[topology.face_components[face]];
+            *held = mesh
+                .triangle(face)
+                .iter()
+                .map(|v| v.index())
+                .fold(*held, usize::min);
+        }
+        let placement = Placement::at(self.surface().positions().as_slice());
+        let system = DirichletSystem::new(&matrix, held.as_slice(), placement)?;
+        // The Laplacian is minus the divergence of the gradient.
+        let loads: Vec<f64> = divergence(self.delaunay(), wanted)
+            .iter()
+            .map(|flow| -flow)
+            .collect();
+        let solution = system.solve_with_loads(&vec![0.0; held.len()], &loads)?;
+        Ok((PerVertex::new(solution.values), solution.residual))
+    }
 }
 
 fn check_range(options: &CurlOptions) -> Result<(), FieldError> {
@@ -119,17 +154,13 @@ fn field_turning(
     triangulation: &IntrinsicTriangulation,
     field: &CrossField,
 ) -> (PerFace<Option<DVec2>>, usize) {
-    let step = field.symmetry();
     let mut singular = 0;
     let turning = PerFace::from_fn(triangulation.face_count(), |face: FaceId| {
-        let [at_a, at_b, at_c] = headings(triangulation, field, face);
-        let (to_b, _) = step.reduce(at_b - at_a);
-        let (to_c, _) = step.reduce(at_c - at_a);
-        let (between, _) = step.reduce(at_c - at_b);
-        if (to_c - to_b - between).abs() > 0.5 * step.step() {
+        let Some([at_a, at_b, at_c]) = matched_headings(triangulation, field, face) else {
             singular += 1;
             return None;
-        }
+        };
+        let (to_b, to_c) = (at_b - at_a, at_c - at_a);
         let shape = triangulation.shape(face);
         let [a, b, c] = shape.corners();
         let turned = (a - c).perp() * to_b + (b - a).perp() * to_c;
@@ -138,12 +169,20 @@ fn field_turning(
     (turning, singular)
 }
 
-/// The direction of the field at the three corners in the plane of the triangle.
-fn headings(triangulation: &IntrinsicTriangulation, field: &CrossField, face: FaceId) -> [f64; 3] {
+/// The direction of the field at the three corners in the plane of the triangle, in branches that
+/// differ least; `None` where they do not close round the triangle, because it is singular.
+pub(super) fn matched_headings(
+    triangulation: &IntrinsicTriangulation,
+    field: &CrossField,
+    face: FaceId,
+) -> Option<[f64; 3]> {
+    let symmetry = field.symmetry();
     let turns = turns_to_triangle(triangulation, face);
-    std::array::from_fn(|corner| {
-        turns[corner] + field.angle(triangulation.origin(face.halfedges()[corner]))
-    })
+    let corners = triangulation.triangle(face);
+    let [a, b, c] = std::array::from_fn(|k| turns[k] + field.angle(corners[k]));
+    let [to_b, to_c, between] = [b - a, c - a, c - b].map(|turn| symmetry.reduce(turn).0);
+    let closes = (to_c - to_b - between).abs() <= 0.5 * symmetry.step();
+    closes.then_some([a, a + to_b, a + to_c])
 }
 
 /// For each corner the angle that takes directions in the tangent plane of the vertex to those in
@@ -159,39 +198,6 @@ pub(super) fn turns_to_triangle(triangulation: &IntrinsicTriangulation, face: Fa
         let bisector = triangulation.direction(halfedge) + triangulation.angle_scale(vertex) * half;
         sides[corner] + half - bisector
     })
-}
-
-/// The logarithms of the scale, 0 at one vertex of each component.
-fn solve(
-    mesh: &TriangleMesh,
-    triangulation: &IntrinsicTriangulation,
-    positions: &PerVertex<DVec3>,
-    topology: &Topology,
-    wanted: &PerFace<DVec2>,
-) -> Result<(PerVertex<f64>, f64), FieldError> {
-    let weights = cotangent_weights(triangulation)?;
-    let pairs = weights.ends.iter().map(|ends| ends.map(Element::index));
-    let edges = pairs.zip(weights.weights.iter().copied());
-    let count = triangulation.vertex_count();
-    let matrix = SymmetricMatrix::laplacian(count, edges)?;
-    let mut held = PerComponent::filled(topology.components.len(), usize::MAX);
-    for face in mesh.faces() {
-        let held = &mut held[topology.face_components[face]];
-        *held = mesh
-            .triangle(face)
-            .iter()
-            .map(|v| v.index())
-            .fold(*held, usize::min);
-    }
-    let placement = Placement::at(positions.as_slice());
-    let system = DirichletSystem::new(&matrix, held.as_slice(), placement)?;
-    // The Laplacian is minus the divergence of the gradient.
-    let loads: Vec<f64> = divergence(triangulation, wanted)
-        .iter()
-        .map(|flow| -flow)
-        .collect();
-    let solution = system.solve_with_loads(&vec![0.0; held.len()], &loads)?;
-    Ok((PerVertex::new(solution.values), solution.residual))
 }
 
 /// Exponentials, scaled so that the mean of their squares over each component is 1.
@@ -275,8 +281,9 @@ fn clamp(scale: &mut PerVertex<f64>, range: Option<f64>) -> usize {
 mod tests {
     use super::*;
     use crate::field::Symmetry;
-    use crate::geometry::{intrinsic_delaunay, vertex_frames};
+    use crate::geometry::vertex_frames;
     use crate::mesh::Surface;
+    use glam::DVec3;
     use graticule_fixtures::{Fixture, annulus, disk, torus};
 
     /// The field whose direction in space is `direction`, corrected without a range.
@@ -286,7 +293,6 @@ mod tests {
     ) -> (Surface, CurlCorrection) {
         let surface = Surface::from_triangles(fixture.positions, &fixture.triangles).unwrap();
         let watch = Watch::new();
-        let (triangulation, _) = intrinsic_delaunay(&surface, &watch).unwrap();
         let frames = vertex_frames(&surface);
         let angles = PerVertex::from_fn(surface.mesh().vertex_count(), |vertex| {
             let along = frames[vertex].project(direction(surface.position(vertex)));
@@ -294,10 +300,8 @@ mod tests {
         });
         let field = CrossField::from_angles(Symmetry::Cross, angles);
         let options = CurlOptions { range: None };
-        let mesh = surface.mesh();
-        let positions = surface.positions();
-        let correction =
-            curl_correction(mesh, &triangulation, positions, &field, &options, &watch).unwrap();
+        let domain = FieldDomain::of(&surface, &watch).unwrap();
+        let correction = domain.curl_correction(&field, &options, &watch).unwrap();
         (surface, correction)
     }
 

@@ -4,7 +4,7 @@ use glam::{DMat3, DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::Symmetry;
-use super::disk::{DiskFinder, DiskVertex};
+use super::disk::{DiskFinder, DiskVertex, EdgeGraph};
 use super::tangent::TangentPlanes;
 use crate::geometry::{EdgeLengths, IntrinsicTriangulation, dihedral_angles, vertex_areas};
 use crate::mesh::{Element, PerVertex, Surface, VertexId};
@@ -64,11 +64,12 @@ pub fn principal_curvatures(
 ) -> Result<PerVertex<PrincipalCurvature>, Stopped> {
     let _stage = watch.stage("curvature");
     let estimator = Estimator::new(surface, triangulation, *options);
+    let graph = EdgeGraph::of(surface);
     let count = surface.mesh().vertex_count();
     let chunks: Result<Vec<Vec<_>>, Stopped> = (0..count.div_ceil(CHUNK))
         .into_par_iter()
         .map_init(
-            || (DiskFinder::new(surface), Vec::new()),
+            || (DiskFinder::new(&graph), Vec::new()),
             |(finder, disk), chunk| {
                 watch.check()?;
                 let vertices = chunk * CHUNK..count.min((chunk + 1) * CHUNK);

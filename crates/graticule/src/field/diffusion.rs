@@ -6,16 +6,12 @@ use faer::c64;
 use glam::{DVec2, DVec3};
 
 use super::connection::ConnectionLaplacian;
-use super::{CrossField, FieldError, Guidance, Symmetry};
+use super::{FieldError, Guidance, Symmetry};
 use crate::geometry::{IntrinsicTriangulation, vertex_areas};
 use crate::mesh::{Element, PerVertex, VertexId};
 use crate::solve::{HermitianCholesky, HermitianMatrix, Placement, SymmetricMatrix};
-use crate::tolerance::{FAINT_GUIDANCE, FIELD_AT_REST, NO_DIRECTION};
+use crate::tolerance::{DIFFUSION_STEP, FAINT_GUIDANCE, FIELD_AT_REST, NO_DIRECTION};
 use crate::watch::Watch;
-
-/// Step of the diffusion against the dimensionless weights of the edges: long enough to carry
-/// directions over some ten edges a step, short enough that the normalisation keeps up.
-const DIFFUSION: f64 = 0.02;
 
 /// Stands for no place among the free vertices.
 const FIXED: usize = usize::MAX;
@@ -23,15 +19,15 @@ const FIXED: usize = usize::MAX;
 /// The quadratic form: smoothness, guidance and diffusion, and what is fixed.
 pub(super) struct System {
     pub(super) connection: ConnectionLaplacian,
-    smoothing: f64,
+    pub(super) smoothing: f64,
     /// Area of each vertex over the mean.
-    masses: PerVertex<f64>,
+    pub(super) masses: PerVertex<f64>,
     /// Sums of weights × targets and of weights, both with ρ and the areas in.
-    pulls: PerVertex<DVec2>,
-    weights: PerVertex<f64>,
+    pub(super) pulls: PerVertex<DVec2>,
+    pub(super) weights: PerVertex<f64>,
     fixed: PerVertex<Option<DVec2>>,
     /// The vertices that are not fixed, and for each vertex its place among them or [`FIXED`].
-    free: Vec<VertexId>,
+    pub(super) free: Vec<VertexId>,
     places: PerVertex<usize>,
 }
 
@@ -67,7 +63,7 @@ impl System {
 
     /// The matrix of the form over the free vertices, complex and Hermitian.
     fn matrix(&self) -> Result<HermitianMatrix, FieldError> {
-        let own = |&vertex: &VertexId| self.weights[vertex] + DIFFUSION * self.masses[vertex];
+        let own = |&vertex: &VertexId| self.weights[vertex] + DIFFUSION_STEP * self.masses[vertex];
         let mut diagonal: Vec<f64> = self.free.iter().map(own).collect();
         let [mut real, mut imaginary] = [Vec::new(), Vec::new()];
         for edge in &self.connection.edges {
@@ -104,6 +100,11 @@ impl System {
             }
         }
         side
+    }
+
+    /// The place of a vertex among the free ones.
+    pub(super) fn place(&self, vertex: VertexId) -> Option<usize> {
+        Some(self.places[vertex]).filter(|&place| place != FIXED)
     }
 
     /// The unit vectors of all vertices, from those of the free ones.
@@ -160,13 +161,6 @@ impl<'a> Diffusion<'a> {
         })
     }
 
-    /// The unit vectors of a field.
-    pub(super) fn start_from(&self, field: &CrossField) -> Vec<DVec2> {
-        let free = self.system.free.iter();
-        free.map(|&vertex| field.symmetry().power(field.angle(vertex)))
-            .collect()
-    }
-
     /// Guidance carried into the places without; seeded phases where none arrives.
     pub(super) fn start(&mut self, seed: u64) -> Result<Vec<DVec2>, FieldError> {
         let carried = self.diffuse(&vec![DVec2::ZERO; self.system.free.len()], true)?;
@@ -188,7 +182,7 @@ impl<'a> Diffusion<'a> {
         };
         let parts = self.system.free.iter().zip(&self.constant).zip(powers);
         let side = parts.map(|((&vertex, &constant), &power)| {
-            let value = constant + power * (DIFFUSION * self.system.masses[vertex]);
+            let value = constant + power * (DIFFUSION_STEP * self.system.masses[vertex]);
             c64::new(value.x, value.y)
         });
         let side: Vec<c64> = side.collect();

@@ -2,6 +2,7 @@ use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 use crate::mesh::{Element, Surface, VertexId};
+use crate::tolerance::DISK_DETOUR;
 
 /// A vertex of a geodesic disk.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -11,35 +12,67 @@ pub(super) struct DiskVertex {
     pub(super) reach: f64,
 }
 
+/// The edges at each vertex with their lengths, side by side in memory.
+pub(super) struct EdgeGraph<'a> {
+    surface: &'a Surface,
+    starts: Vec<u32>,
+    ends: Vec<(VertexId, f64)>,
+}
+
+impl<'a> EdgeGraph<'a> {
+    pub(super) fn of(surface: &'a Surface) -> Self {
+        let mesh = surface.mesh();
+        let mut starts = Vec::with_capacity(mesh.vertex_count() + 1);
+        let mut ends = Vec::with_capacity(2 * mesh.edge_count());
+        for vertex in mesh.vertices() {
+            starts.push(ends.len() as u32);
+            let here = surface.position(vertex);
+            let length = |neighbor| surface.position(neighbor).distance(here);
+            ends.extend(mesh.neighbors(vertex).map(|other| (other, length(other))));
+        }
+        starts.push(ends.len() as u32);
+        Self {
+            surface,
+            starts,
+            ends,
+        }
+    }
+
+    fn at(&self, vertex: VertexId) -> &[(VertexId, f64)] {
+        let [start, end] = [0, 1].map(|k| self.starts[vertex.index() + k] as usize);
+        &self.ends[start..end]
+    }
+}
+
 /// Finds the vertices around a vertex, again and again, without allocating anew.
 ///
 /// A vertex is in the disk if a path along edges inside the ball leads to it that is at most
-/// [`DETOUR`] radii long: that keeps the other side of a thin wall out. Paths along edges are up to
+/// [`DISK_DETOUR`] radii long: that keeps the other side of a thin wall out. Paths along edges are up to
 /// 15 % longer than the surface's own distances, and longer in some directions than in others; the
 /// straight distance, which decides on the weights, has no such bias.
 pub(super) struct DiskFinder<'a> {
-    surface: &'a Surface,
+    graph: &'a EdgeGraph<'a>,
     best: Vec<f64>,
+    queue: Vec<Near>,
     heap: BinaryHeap<Near>,
     touched: Vec<VertexId>,
 }
 
-const DETOUR: f64 = 1.3;
-
 impl<'a> DiskFinder<'a> {
-    pub(super) fn new(surface: &'a Surface) -> Self {
-        let best = vec![f64::INFINITY; surface.mesh().vertex_count()];
+    pub(super) fn new(graph: &'a EdgeGraph<'a>) -> Self {
+        let best = vec![f64::INFINITY; graph.surface.mesh().vertex_count()];
         Self {
-            surface,
+            graph,
             best,
+            queue: Vec::new(),
             heap: BinaryHeap::new(),
             touched: Vec::new(),
         }
     }
 
-    /// Fills `disk` with the vertices around `center`, nearest path first, at most `limit` of them.
-    /// The middle itself comes first. Returns the radius: the given one, or the straight distance
-    /// to the farthest vertex if the limit was met.
+    /// Fills `disk` with the vertices around `center`, at most `limit` of them: if there are more,
+    /// those with the shortest paths. The middle itself comes first. Returns the radius: the given
+    /// one, or the straight distance to the farthest vertex if the limit was met.
     pub(super) fn find(
         &mut self,
         center: VertexId,
@@ -48,43 +81,84 @@ impl<'a> DiskFinder<'a> {
         disk: &mut Vec<DiskVertex>,
     ) -> f64 {
         disk.clear();
-        let origin = self.surface.position(center);
-        self.reach(center, 0.0);
-        let mut farthest = 0.0_f64;
-        while let Some(Near { path, vertex }) = self.heap.pop() {
-            if path > self.best[vertex.index()] {
-                continue;
-            }
-            let distance = self.surface.position(vertex).distance(origin);
-            disk.push(DiskVertex {
-                vertex,
-                reach: distance,
-            });
-            farthest = farthest.max(distance);
-            if disk.len() == limit {
-                break;
-            }
-            self.visit_neighbors(vertex, path, origin, radius);
-        }
-        let radius = if disk.len() == limit {
-            farthest
-        } else {
+        let radius = if self.find_all(center, radius, limit, disk) {
             radius
+        } else {
+            self.find_nearest(center, radius, limit, disk)
         };
-        self.forget();
         for entry in disk.iter_mut() {
             entry.reach = (entry.reach / radius).min(1.0);
         }
         radius
     }
 
+    /// The whole disk, or `false` if it is larger than the limit. Paths are shortened until none
+    /// can be; in a small disk that is faster than taking the shortest first.
+    fn find_all(
+        &mut self,
+        center: VertexId,
+        radius: f64,
+        limit: usize,
+        disk: &mut Vec<DiskVertex>,
+    ) -> bool {
+        let origin = self.graph.surface.position(center);
+        self.reach(center, 0.0);
+        let mut next = 0;
+        while let Some(&Near { path, vertex }) = self.queue.get(next) {
+            next += 1;
+            if path <= self.best[vertex.index()] {
+                self.visit_neighbors(vertex, path, origin, radius);
+            }
+            if self.touched.len() >= limit {
+                self.forget();
+                return false;
+            }
+        }
+        disk.extend(self.touched.iter().map(|&vertex| DiskVertex {
+            vertex,
+            reach: self.graph.surface.position(vertex).distance(origin),
+        }));
+        self.forget();
+        true
+    }
+
+    /// The nearest vertices up to the limit; returns the distance to the farthest of them.
+    fn find_nearest(
+        &mut self,
+        center: VertexId,
+        radius: f64,
+        limit: usize,
+        disk: &mut Vec<DiskVertex>,
+    ) -> f64 {
+        let origin = self.graph.surface.position(center);
+        self.reach(center, 0.0);
+        self.heap.extend(self.queue.drain(..));
+        let mut farthest = 0.0_f64;
+        while let Some(Near { path, vertex }) = self.heap.pop() {
+            if path > self.best[vertex.index()] {
+                continue;
+            }
+            let reach = self.graph.surface.position(vertex).distance(origin);
+            disk.push(DiskVertex { vertex, reach });
+            farthest = farthest.max(reach);
+            if disk.len() == limit {
+                break;
+            }
+            self.visit_neighbors(vertex, path, origin, radius);
+            self.heap.extend(self.queue.drain(..));
+        }
+        self.forget();
+        farthest
+    }
+
     fn visit_neighbors(&mut self, vertex: VertexId, path: f64, origin: glam::DVec3, radius: f64) {
-        let surface = self.surface;
-        let here = surface.position(vertex);
-        for neighbor in surface.mesh().neighbors(vertex) {
-            let there = surface.position(neighbor);
-            let longer = path + there.distance(here);
-            if longer <= DETOUR * radius && there.distance(origin) <= radius {
+        let graph = self.graph;
+        for &(neighbor, length) in graph.at(vertex) {
+            let longer = path + length;
+            if longer <= DISK_DETOUR * radius
+                && longer < self.best[neighbor.index()]
+                && graph.surface.position(neighbor).distance(origin) <= radius
+            {
                 self.reach(neighbor, longer);
             }
         }
@@ -92,17 +166,16 @@ impl<'a> DiskFinder<'a> {
 
     fn reach(&mut self, vertex: VertexId, path: f64) {
         let best = &mut self.best[vertex.index()];
-        if path < *best {
-            if best.is_infinite() {
-                self.touched.push(vertex);
-            }
-            *best = path;
-            self.heap.push(Near { path, vertex });
+        if best.is_infinite() {
+            self.touched.push(vertex);
         }
+        *best = path;
+        self.queue.push(Near { path, vertex });
     }
 
     fn forget(&mut self) {
         self.heap.clear();
+        self.queue.clear();
         for vertex in self.touched.drain(..) {
             self.best[vertex.index()] = f64::INFINITY;
         }
@@ -145,7 +218,7 @@ mod tests {
         let surface = Surface::from_triangles(grid.positions, &grid.triangles).unwrap();
         let center = VertexId(10 * 21 + 10);
         let mut disk = Vec::new();
-        let radius = DiskFinder::new(&surface).find(center, 3.1, 1000, &mut disk);
+        let radius = DiskFinder::new(&EdgeGraph::of(&surface)).find(center, 3.1, 1000, &mut disk);
         assert_eq!(radius, 3.1);
         assert_eq!(
             disk[0],
@@ -162,7 +235,8 @@ mod tests {
     fn a_limit_shrinks_the_disk() {
         let grid = grid(20.0, 20.0, 20, 20);
         let surface = Surface::from_triangles(grid.positions, &grid.triangles).unwrap();
-        let mut finder = DiskFinder::new(&surface);
+        let graph = EdgeGraph::of(&surface);
+        let mut finder = DiskFinder::new(&graph);
         let mut disk = Vec::new();
         let radius = finder.find(VertexId(220), 10.0, 25, &mut disk);
         assert_eq!(disk.len(), 25);

@@ -1,5 +1,6 @@
 use crate::Hint;
 use crate::geometry::GeometryError;
+use crate::mesh::FaceId;
 use crate::solve::SolveError;
 use crate::watch::Stopped;
 
@@ -50,6 +51,54 @@ pub enum FieldError {
         /// What it should be.
         euler_characteristic: i64,
     },
+    /// A stroke makes no sense.
+    #[error("stroke {number} {what}")]
+    Stroke {
+        /// The stroke, counted from 0.
+        number: usize,
+        /// What is wrong with it.
+        what: &'static str,
+    },
+    /// A singularity is wanted in a triangle that there is not.
+    #[error("a singularity is for triangle {}, but there are {count}", face.0)]
+    NoSuchFace {
+        /// The triangle.
+        face: FaceId,
+        /// How many there are.
+        count: usize,
+    },
+    /// A singularity is to be moved from where there is none.
+    #[error("the field is not singular in triangle {}", face.0)]
+    NotSingular {
+        /// The triangle.
+        face: FaceId,
+    },
+    /// Prescribed singularities do not sum to what the topology of their component asks for.
+    #[error("the indices wanted in component {component} sum to {sum}, but must sum to {needed}")]
+    SingularitySum {
+        /// The component, counted from 0.
+        component: usize,
+        /// Their sum.
+        sum: f64,
+        /// What it should be.
+        needed: f64,
+    },
+    /// Directions that are kept exactly enclose a triangle, and with it its singularity.
+    #[error("edges that the field is held to enclose triangle {}: its index cannot change", face.0)]
+    Enclosed {
+        /// The triangle.
+        face: FaceId,
+    },
+    /// A field with the prescribed singularities would have to turn too fast along an edge.
+    #[error("the field has index {found} in triangle {}, not {wanted}", face.0)]
+    NotReached {
+        /// The triangle.
+        face: FaceId,
+        /// The index that was prescribed.
+        wanted: f64,
+        /// The index that the field has.
+        found: f64,
+    },
     /// A geometric quantity could not be had.
     #[error(transparent)]
     Geometry(#[from] GeometryError),
@@ -75,6 +124,30 @@ impl Hint for FieldError {
             ),
             Self::IndexSum { .. } => Some(
                 "repair the mesh first: 'graticule repair' removes triangles without area".into(),
+            ),
+            Self::Stroke { .. } => {
+                Some("draw it on the surface, in the coordinates of the mesh".into())
+            }
+            Self::NoSuchFace { count, .. } => Some(format!(
+                "triangles are numbered from 0 to {}",
+                count.saturating_sub(1)
+            )),
+            Self::NotSingular { .. } => {
+                Some("move a singularity from a triangle that the report lists".into())
+            }
+            Self::SingularitySum { sum, needed, .. } => Some(format!(
+                "add singularities whose indices sum to {}",
+                needed - sum
+            )),
+            Self::Enclosed { .. } => Some(
+                "keep fewer edges (a larger feature angle), or give their faces the indices that \
+                 their corners ask for"
+                    .into(),
+            ),
+            Self::NotReached { .. } => Some(
+                "put singularities of one step into triangles of good shape, apart from each other \
+                 and from directions that are kept exactly"
+                    .into(),
             ),
             Self::Geometry(error) => error.hint(),
             Self::Solve(error) => error.hint(),

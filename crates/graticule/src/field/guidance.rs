@@ -16,6 +16,9 @@ pub enum Strength {
     Hard,
 }
 
+/// The largest weight of a direction of curvature.
+pub(super) const CURVATURE_WEIGHT: f64 = 1.0;
+
 /// What a field should follow: at each vertex any number of directions with weights, or one that
 /// is fixed.
 #[derive(Clone, Debug, PartialEq)]
@@ -150,12 +153,6 @@ impl Guidance {
         }
     }
 
-    /// Takes over what another guidance wishes softly at a vertex.
-    pub(super) fn take(&mut self, vertex: VertexId, other: &Self) {
-        self.pulls[vertex] = other.pulls[vertex];
-        self.weights[vertex] = other.weights[vertex];
-    }
-
     /// The number of vertices whose direction is fixed.
     #[must_use]
     pub fn fixed_count(&self) -> usize {
@@ -193,5 +190,12 @@ impl Guidance {
 
     pub(super) fn fixed(&self, vertex: VertexId) -> Option<DVec2> {
         self.fixed[vertex]
+    }
+
+    /// Whether the directions at both ends of a halfedge are fixed, and with them the turn along it.
+    pub(super) fn holds_ends(&self, mesh: &TriangleMesh, halfedge: HalfedgeId) -> bool {
+        mesh.ends(halfedge)
+            .iter()
+            .all(|&vertex| self.fixed[vertex].is_some())
     }
 }

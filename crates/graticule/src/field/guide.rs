@@ -105,7 +105,7 @@ fn unit(vector: DVec3) -> Option<DVec3> {
 }
 
 /// The vertex with the direction as an angle; nothing if it is across the surface.
-fn at_vertex(
+pub(super) fn at_vertex(
     symmetry: Symmetry,
     direction: DVec3,
     vertex: VertexId,

@@ -15,6 +15,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod angle_fit;
 mod cancel;
 mod connection;
 mod cross_field;
@@ -22,31 +23,43 @@ mod curl;
 mod curvature;
 mod diffusion;
 mod disk;
+mod domain;
 mod error;
+mod face_path;
 mod features;
 mod guidance;
 mod guide;
+mod matching;
+mod newton;
 mod options;
+mod prescribed;
 mod report;
 mod singularity;
 mod smoothing;
 mod stage;
+mod streamline;
+mod stroke;
 mod symmetry;
 mod tangent;
 
-pub use cancel::{CancelOptions, Cancellation, Triangulations, cancel_close_pairs};
+pub use cancel::{CancelOptions, Cancellation};
 pub use cross_field::CrossField;
-pub use curl::{CurlCorrection, CurlOptions, CurlReport, curl_correction};
+pub use curl::{CurlCorrection, CurlOptions, CurlReport};
 pub use curvature::{CurvatureOptions, PrincipalCurvature, principal_curvatures};
+pub use domain::FieldDomain;
 pub use error::FieldError;
 pub use features::feature_edges;
 pub use guidance::{Guidance, Strength};
 pub use guide::{Guide, GuidePlace};
+pub use newton::{NewtonOptions, smooth_field_by_newton};
 pub use options::{FeatureOptions, FieldOptions};
+pub use prescribed::{Prescription, SingularityPlan};
 pub use report::{FieldReport, IndexCount};
 pub use singularity::{Singularities, Singularity, rotations};
 pub use smoothing::{SmoothField, SmoothingOptions, SmoothingReport, smooth_field};
 pub use stage::{FieldResult, cross_field};
+pub use streamline::streamlines;
+pub use stroke::Stroke;
 pub use symmetry::Symmetry;
 
 #[cfg(test)]

@@ -1,7 +1,8 @@
 use std::f64::consts::PI;
 
 use super::{
-    CurlOptions, CurvatureOptions, FieldError, Guide, SmoothingOptions, Strength, Symmetry,
+    CurlOptions, CurvatureOptions, FieldError, Guide, SingularityPlan, SmoothingOptions, Strength,
+    Stroke, Symmetry,
 };
 use crate::mesh::EdgeId;
 
@@ -21,9 +22,16 @@ pub struct FieldOptions {
     pub features: FeatureOptions,
     /// Directions wished for; they win over boundary and features.
     pub guides: Vec<Guide>,
+    /// Lines on the surface to run along; they count as guides.
+    pub strokes: Vec<Stroke>,
     /// Distance, in mean edge lengths, up to which two singularities of opposite sign cancel; 0 for
     /// none.
     pub cancel_distance: f64,
+    /// The same as a length in the unit of the positions; the larger of the two counts. For quads
+    /// of a given size: pairs closer than a few of them only disturb the net.
+    pub cancel_length: f64,
+    /// Where the field is to be singular.
+    pub singularities: SingularityPlan,
     /// How curl is corrected, if it is.
     pub curl_correction: Option<CurlOptions>,
 }
@@ -41,7 +49,10 @@ impl Default for FieldOptions {
             boundary: Some(Strength::Soft(BOUNDARY_WEIGHT)),
             features: FeatureOptions::default(),
             guides: Vec::new(),
-            cancel_distance: 3.0,
+            strokes: Vec::new(),
+            cancel_distance: 6.0,
+            cancel_length: 0.0,
+            singularities: SingularityPlan::Found,
             curl_correction: None,
         }
     }
@@ -89,6 +100,12 @@ impl FieldOptions {
                 "cancel distance",
                 self.cancel_distance,
                 (0.0..=f64::MAX).contains(&self.cancel_distance),
+                "0 and above, finite",
+            ),
+            (
+                "cancel length",
+                self.cancel_length,
+                (0.0..=f64::MAX).contains(&self.cancel_length),
                 "0 and above, finite",
             ),
             (

@@ -87,43 +87,10 @@ pub fn smooth_field(
             range: "0 to below 1",
         });
     }
-    smooth_from(triangulation, positions, guidance, None, options, watch)
-}
-
-/// As [`smooth_field`], starting from a field instead of from the guidance.
-pub(super) fn relax(
-    triangulation: &IntrinsicTriangulation,
-    positions: &PerVertex<DVec3>,
-    guidance: &Guidance,
-    start: &CrossField,
-    options: &SmoothingOptions,
-    watch: &Watch,
-) -> Result<SmoothField, FieldError> {
-    smooth_from(
-        triangulation,
-        positions,
-        guidance,
-        Some(start),
-        options,
-        watch,
-    )
-}
-
-fn smooth_from(
-    triangulation: &IntrinsicTriangulation,
-    positions: &PerVertex<DVec3>,
-    guidance: &Guidance,
-    start: Option<&CrossField>,
-    options: &SmoothingOptions,
-    watch: &Watch,
-) -> Result<SmoothField, FieldError> {
     let _stage = watch.stage("field smoothing");
     let system = System::new(triangulation, guidance, options.smoothing)?;
     let mut run = Diffusion::new(&system, positions, watch)?;
-    let start = match start {
-        Some(field) => run.start_from(field),
-        None => run.start(options.seed)?,
-    };
+    let start = run.start(options.seed)?;
     let patience = if system.is_unguided() { 10 } else { 1 };
     let steps = options.steps.saturating_mul(patience);
     let free = run.descend(start, steps, watch)?;

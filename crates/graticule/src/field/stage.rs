@@ -2,14 +2,11 @@ use glam::DVec3;
 
 use super::report::counts_by_index;
 use super::{
-    CancelOptions, Cancellation, CrossField, FieldError, FieldOptions, FieldReport, Guidance,
-    PrincipalCurvature, Singularities, SmoothField, Symmetry, Triangulations, cancel_close_pairs,
-    curl_correction, feature_edges, principal_curvatures, smooth_field,
+    CancelOptions, Cancellation, CrossField, FieldDomain, FieldError, FieldOptions, FieldReport,
+    Guidance, Prescription, PrincipalCurvature, Singularities, SingularityPlan, SmoothField,
+    Stroke, Symmetry, feature_edges, principal_curvatures, smooth_field,
 };
-use crate::geometry::{
-    EdgeLengths, IntrinsicTriangulation, Similarity, intrinsic_delaunay, normalized, vertex_areas,
-    vertex_frames,
-};
+use crate::geometry::{Similarity, normalized, vertex_areas, vertex_frames};
 use crate::mesh::{PerVertex, Surface, Topology};
 use crate::tolerance::INDEX_ROUNDING;
 use crate::watch::Watch;
@@ -59,21 +56,30 @@ pub fn cross_field(
     options.check()?;
     let _stage = watch.stage("field");
     let (unit_surface, similarity) = normalized(surface);
-    let ground = Ground::of(&unit_surface, watch)?;
-    let curvatures = ground.curvatures(options, watch)?;
-    let (guidance, feature_edges) = ground.guidance(options, curvatures.as_ref())?;
+    let domain = FieldDomain::of(&unit_surface, watch)?;
+    let ground = Ground {
+        domain: &domain,
+        options,
+        similarity: &similarity,
+    };
+    let curvatures = ground.curvatures(watch)?;
+    let (guidance, feature_edges) = ground.guidance(curvatures.as_ref())?;
+    let positions = unit_surface.positions();
     let smooth = smooth_field(
-        &ground.delaunay,
-        ground.surface.positions(),
+        domain.delaunay(),
+        positions,
         &guidance,
         &options.smoothing,
         watch,
     )?;
     let SmoothField { field, report } = smooth;
-    let (field, cancellation) = ground.cancelled(field, &guidance, options, watch)?;
-    let singularities = ground.singularities(&field);
+    let (field, cancellation) = ground.planned(field, &guidance, watch)?;
+    let singularities = domain.singularities(&field);
     let euler_characteristic = ground.checked_index_sum(&singularities)?;
-    let curl = ground.curl(&field, options, watch)?;
+    let curl = options.curl_correction.as_ref();
+    let curl = curl
+        .map(|wanted| domain.curl_correction(&field, wanted, watch))
+        .transpose()?;
     let [mean_deviation, mean_confidence] = ground.deviation(&field, curvatures.as_ref());
     let (scale, curl) = curl.map_or((None, None), |curl| (Some(curl.scale), Some(curl.report)));
     Ok(FieldResult {
@@ -91,8 +97,8 @@ pub fn cross_field(
             cancellation,
             curl,
         },
-        directions: field.directions_in_space(ground.surface, &ground.original),
-        normals: vertex_frames(ground.surface).map(|frame| frame.normal),
+        directions: field.directions_in_space(&unit_surface, domain.triangulation()),
+        normals: vertex_frames(&unit_surface).map(|frame| frame.normal),
         field,
         singularities,
         curvatures: curvatures.map(|curvatures| at_own_scale(&curvatures, &similarity)),
@@ -113,64 +119,67 @@ fn at_own_scale(
     })
 }
 
-/// What every step stands on.
+/// The steps, with what the options say of each.
 struct Ground<'a> {
-    surface: &'a Surface,
-    original: IntrinsicTriangulation,
-    delaunay: IntrinsicTriangulation,
+    domain: &'a FieldDomain<'a>,
+    options: &'a FieldOptions,
+    /// From the caller's coordinates to those of the domain.
+    similarity: &'a Similarity,
 }
 
-impl<'a> Ground<'a> {
-    fn of(surface: &'a Surface, watch: &Watch) -> Result<Self, FieldError> {
-        let _stage = watch.stage("triangulation");
-        let (delaunay, _) = intrinsic_delaunay(surface, watch)?;
-        Ok(Self {
-            surface,
-            original: IntrinsicTriangulation::of(surface)?,
-            delaunay,
-        })
-    }
-
+impl Ground<'_> {
     fn curvatures(
         &self,
-        options: &FieldOptions,
         watch: &Watch,
     ) -> Result<Option<PerVertex<PrincipalCurvature>>, FieldError> {
-        let wanted = options
-            .curvature
-            .filter(|_| options.symmetry != Symmetry::Vector);
+        let wanted = self.options.curvature;
+        let wanted = wanted.filter(|_| self.options.symmetry != Symmetry::Vector);
+        let (surface, triangulation) = (self.domain.surface(), self.domain.triangulation());
         let found =
-            wanted.map(|wanted| principal_curvatures(self.surface, &self.original, &wanted, watch));
+            wanted.map(|wanted| principal_curvatures(surface, triangulation, &wanted, watch));
         Ok(found.transpose()?)
     }
 
     /// Everything that the field should follow, and the number of feature edges.
     fn guidance(
         &self,
-        options: &FieldOptions,
         curvatures: Option<&PerVertex<PrincipalCurvature>>,
     ) -> Result<(Guidance, usize), FieldError> {
-        let mesh = self.surface.mesh();
+        let (surface, triangulation) = (self.domain.surface(), self.domain.triangulation());
+        let options = self.options;
         let mut guidance = match curvatures {
             Some(curvatures) => Guidance::from_curvature(options.symmetry, curvatures),
-            None => Guidance::none(options.symmetry, mesh.vertex_count()),
+            None => Guidance::none(options.symmetry, surface.mesh().vertex_count()),
         };
         if let Some(strength) = options.boundary {
-            guidance.follow_boundary(mesh, &self.original, strength);
+            guidance.follow_boundary(surface.mesh(), triangulation, strength);
         }
-        let features = self.features(options)?;
+        let features = self.features()?;
         let count = features.len();
-        guidance.follow_edges(&self.original, features, options.features.strength);
-        guidance.follow_guides(self.surface, &self.original, &options.guides)?;
+        guidance.follow_edges(triangulation, features, options.features.strength);
+        guidance.follow_guides(surface, triangulation, &options.guides)?;
+        guidance.follow_strokes(self.domain, &self.strokes())?;
         Ok((guidance, count))
     }
 
-    fn features(&self, options: &FieldOptions) -> Result<Vec<crate::mesh::EdgeId>, FieldError> {
-        if options.symmetry == Symmetry::Vector {
+    /// The strokes in the coordinates of the domain.
+    fn strokes(&self) -> Vec<Stroke> {
+        let strokes = self.options.strokes.iter();
+        let moved = strokes.map(|stroke| Stroke {
+            points: (stroke.points.iter())
+                .map(|&point| self.similarity.apply(point))
+                .collect(),
+            strength: stroke.strength,
+        });
+        moved.collect()
+    }
+
+    fn features(&self) -> Result<Vec<crate::mesh::EdgeId>, FieldError> {
+        if self.options.symmetry == Symmetry::Vector {
             return Ok(Vec::new());
         }
-        let wanted = &options.features;
-        let count = self.surface.mesh().edge_count();
+        let (surface, wanted) = (self.domain.surface(), &self.options.features);
+        let count = surface.mesh().edge_count();
         if let Some((guide, edge)) =
             (wanted.edges.iter().enumerate()).find(|(_, edge)| edge.0 as usize >= count)
         {
@@ -184,49 +193,69 @@ impl<'a> Ground<'a> {
         }
         let mut edges = wanted.edges.clone();
         if let Some(dihedral) = wanted.dihedral {
-            edges.extend(feature_edges(self.surface, dihedral, wanted.least_edges));
+            edges.extend(feature_edges(surface, dihedral, wanted.least_edges));
         }
         edges.sort_unstable();
         edges.dedup();
         Ok(edges)
     }
 
+    /// The field with the singularities that the options ask for.
+    fn planned(
+        &self,
+        field: CrossField,
+        guidance: &Guidance,
+        watch: &Watch,
+    ) -> Result<(CrossField, Option<Cancellation>), FieldError> {
+        let prescribed = |field: &CrossField, singularities| {
+            let smoothing = self.options.smoothing.smoothing;
+            let wanted = Prescription {
+                singularities,
+                smoothing,
+            };
+            self.domain
+                .with_singularities(field, guidance, &wanted, watch)
+        };
+        match &self.options.singularities {
+            SingularityPlan::Found => self.cancelled(field, guidance, watch),
+            SingularityPlan::Given(wanted) => Ok((prescribed(&field, wanted.clone())?, None)),
+            SingularityPlan::Moved(moves) => {
+                let (field, report) = self.cancelled(field, guidance, watch)?;
+                let found = self.domain.singularities(&field);
+                let wanted = self.domain.moved_singularities(&found.faces, moves)?;
+                Ok((prescribed(&field, wanted)?, report))
+            }
+        }
+    }
+
     fn cancelled(
         &self,
         field: CrossField,
         guidance: &Guidance,
-        options: &FieldOptions,
         watch: &Watch,
     ) -> Result<(CrossField, Option<Cancellation>), FieldError> {
-        if options.cancel_distance == 0.0 {
+        let in_edges = self.options.cancel_distance * self.domain.mean_edge_length();
+        let distance = in_edges.max(libm::ldexp(
+            self.options.cancel_length,
+            self.similarity.exponent(),
+        ));
+        if distance == 0.0 {
             return Ok((field, None));
         }
-        let triangulations = Triangulations {
-            original: &self.original,
-            delaunay: &self.delaunay,
-        };
         let cancel = CancelOptions {
-            distance: options.cancel_distance * EdgeLengths::of(self.surface).mean(),
-            smoothing: options.smoothing,
+            distance,
+            smoothing: self.options.smoothing.smoothing,
         };
-        let (field, report) = cancel_close_pairs(
-            self.surface,
-            &triangulations,
-            guidance,
-            field,
-            &cancel,
-            watch,
-        )?;
-        Ok((field, Some(report)))
-    }
-
-    fn singularities(&self, field: &CrossField) -> Singularities {
-        Singularities::of(field, self.surface.mesh(), &self.original)
+        let found = self
+            .domain
+            .cancel_close_pairs(field, guidance, &cancel, watch)?;
+        Ok((found.0, Some(found.1)))
     }
 
     fn checked_index_sum(&self, singularities: &Singularities) -> Result<i64, FieldError> {
         let sum = singularities.index_sum();
-        let euler_characteristic = Topology::of(self.surface.mesh()).total.euler_characteristic;
+        let topology = Topology::of(self.domain.surface().mesh());
+        let euler_characteristic = topology.total.euler_characteristic;
         if (sum - euler_characteristic as f64).abs() < INDEX_ROUNDING {
             Ok(euler_characteristic)
         } else {
@@ -235,20 +264,6 @@ impl<'a> Ground<'a> {
                 euler_characteristic,
             })
         }
-    }
-
-    fn curl(
-        &self,
-        field: &CrossField,
-        options: &FieldOptions,
-        watch: &Watch,
-    ) -> Result<Option<super::CurlCorrection>, FieldError> {
-        let Some(wanted) = &options.curl_correction else {
-            return Ok(None);
-        };
-        let positions = self.surface.positions();
-        let mesh = self.surface.mesh();
-        curl_correction(mesh, &self.delaunay, positions, field, wanted, watch).map(Some)
     }
 
     /// Mean deviation from the directions of curvature in degrees, and mean confidence in them.
@@ -261,7 +276,7 @@ impl<'a> Ground<'a> {
             return [None; 2];
         };
         let [mut deviations, mut weights, mut total] = [0.0; 3];
-        for (vertex, &area) in vertex_areas(&self.original).enumerate() {
+        for (vertex, &area) in vertex_areas(self.domain.triangulation()).enumerate() {
             let curvature = curvatures[vertex];
             let weight = area * curvature.confidence;
             let off = field

@@ -4,7 +4,7 @@
 use glam::{DMat3, DVec2, DVec3};
 use graticule_fixtures::{
     Fixture, block_with_holes, bumpy_patch, cube, cylinder_closed, cylinder_patch, disk, grid,
-    grid_with_flat_triangles, icosphere, needles, torus,
+    grid_with_flat_triangles, icosphere, needles, torus, vase,
 };
 
 use super::*;
@@ -335,6 +335,7 @@ fn options_out_of_range_are_refused() {
     };
     refused(&|o| o.curvature = Some(CurvatureOptions { radius: 0.0 }));
     refused(&|o| o.cancel_distance = f64::NAN);
+    refused(&|o| o.cancel_length = f64::INFINITY);
     refused(&|o| o.features.dihedral = Some(-0.1));
     refused(&|o| o.boundary = Some(Strength::Soft(0.0)));
     refused(&|o| o.smoothing.smoothing = 1.0);
@@ -372,4 +373,121 @@ fn a_stopped_watch_stops_it() {
         stopped.unwrap_err(),
         FieldError::Stopped(Stopped::Cancelled)
     );
+}
+
+#[test]
+fn curl_of_a_surface_of_revolution_goes_by_one_over_its_radius() {
+    // [PGP06] Fig. 7: circles and meridians, denser at the waists unless scaled.
+    let surface = surface(vase(0.45, 72, 72));
+    let options = FieldOptions {
+        curl_correction: Some(CurlOptions::default()),
+        ..FieldOptions::default()
+    };
+    let found = field(&surface, &options);
+    assert_eq!(found.report.singularities, 0);
+    let curl = found.report.curl.unwrap();
+    assert!(curl.curl_after < 0.15 * curl.curl_before, "{curl:?}");
+    assert_eq!(curl.clamped_share, 0.0);
+    let scale = found.scale.unwrap();
+    let products = surface.mesh().vertices().map(|vertex| {
+        let radius = surface.position(vertex).truncate().length();
+        radius * scale[vertex]
+    });
+    let [low, high] = products.fold([f64::INFINITY, 0.0], |[low, high], product: f64| {
+        [low.min(product), high.max(product)]
+    });
+    assert!(high / low < 1.1, "{low} {high}");
+}
+
+#[test]
+fn strokes_are_followed_where_they_run() {
+    let surface = surface(grid(4.0, 4.0, 24, 24));
+    let stroke = |strength| Stroke {
+        points: vec![DVec3::new(1.0, 1.0, 0.1), DVec3::new(3.0, 2.0, -0.1)],
+        strength,
+    };
+    let along = DVec3::new(2.0, 1.0, 0.0).normalize();
+    for strength in [Strength::Hard, Strength::Soft(100.0)] {
+        for boundary in [None, Some(Strength::Soft(1.0))] {
+            let mut options = FieldOptions {
+                boundary,
+                ..FieldOptions::default()
+            };
+            options.strokes = vec![stroke(strength)];
+            let found = field(&surface, &options);
+            for (vertex, &direction) in found.directions.enumerate() {
+                let p = surface.position(vertex);
+                let off_line = (p - DVec3::new(1.0, 1.0, 0.0)).reject_from_normalized(along);
+                if off_line.length() < 0.05 && (1.1..2.9).contains(&p.x) {
+                    let angle = off(Symmetry::Cross, direction, along, DVec3::Z);
+                    assert!(angle < 0.02, "{strength:?} {p}: {angle}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn strokes_that_make_no_sense_are_refused_by_number() {
+    let surface = surface(disk(3));
+    let sound = Stroke {
+        points: vec![DVec3::ZERO, DVec3::X],
+        strength: Strength::Hard,
+    };
+    let refused = |points: Vec<DVec3>, strength| {
+        let options = FieldOptions {
+            strokes: vec![sound.clone(), Stroke { points, strength }],
+            ..FieldOptions::default()
+        };
+        let error = cross_field(&surface, &options, &Watch::new()).unwrap_err();
+        assert!(
+            matches!(error, FieldError::Stroke { number: 1, .. }),
+            "{error}"
+        );
+    };
+    refused(vec![DVec3::X], Strength::Hard);
+    refused(vec![DVec3::X, DVec3::NAN], Strength::Hard);
+    refused(vec![DVec3::X * 90.0, DVec3::X * 99.0], Strength::Hard);
+    refused(vec![DVec3::ZERO, DVec3::Z], Strength::Hard);
+    refused(vec![DVec3::ZERO, DVec3::X], Strength::Soft(-1.0));
+    refused(vec![DVec3::X * 1e300, DVec3::X * 2e300], Strength::Hard);
+}
+
+#[test]
+fn a_cancel_length_counts_in_the_unit_of_the_positions() {
+    for scale in [1.0, 1024.0] {
+        let surface = surface(bumpy_patch(16, 3).map(|p| p * scale));
+        let count = |cancel_length: f64| {
+            let options = FieldOptions {
+                cancel_distance: 0.0,
+                cancel_length,
+                ..FieldOptions::default()
+            };
+            field(&surface, &options).report.singularities
+        };
+        let [none, all] = [0.0, scale].map(count);
+        assert!(all < none, "{none} {all}");
+    }
+}
+
+#[test]
+fn needles_and_extreme_scales_give_fields_with_sound_figures() {
+    for fixture in [
+        needles(6, 1e5, 1),
+        grid_with_flat_triangles(5, 4),
+        icosphere(2).map(|p| p * 1e9),
+        icosphere(2).map(|p| p * 1e-9),
+        cube().subdivided().map(|p| p * DVec3::new(1e9, 1.0, 1.0)),
+    ] {
+        let surface = surface(fixture);
+        let found = field(&surface, &FieldOptions::default());
+        assert!(
+            found
+                .directions
+                .iter()
+                .all(|d| (d.length() - 1.0).abs() < 1e-9)
+        );
+        let deviation = found.report.mean_deviation.unwrap_or_default();
+        assert!((0.0..=45.0).contains(&deviation), "{deviation}");
+    }
 }

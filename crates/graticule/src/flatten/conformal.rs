@@ -5,7 +5,7 @@ use faer::c64;
 use crate::geometry::EdgeWeights;
 use crate::mesh::{Element, HalfedgeId, VertexId};
 use crate::solve::{HermitianCholesky, HermitianMatrix, Placement};
-use crate::tolerance::{DETERMINED, REFINED};
+use crate::tolerance::{DETERMINED, REFINED, REFINEMENT_GAIN};
 use crate::watch::Watch;
 
 use super::FlattenError;
@@ -181,7 +181,8 @@ impl PinnedForm {
             }
             let last = change;
             change = largest(&correction) / largest(positions);
-            if change <= REFINED || change.is_nan() || change > 0.5 * last && last < 1.0 {
+            if change <= REFINED || change.is_nan() || change > REFINEMENT_GAIN * last && last < 1.0
+            {
                 break;
             }
         }

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use glam::DVec2;
 
 use crate::mesh::{Element, VertexId};
-use crate::tolerance::{BOUNDARY_STEP, SIDE_BOW};
+use crate::tolerance::{BOUNDARY_STEP, LARGEST_ASPECT, SIDE_BOW};
 use crate::watch::Watch;
 
 use super::corners::{Corners, choose_corners};
@@ -124,7 +124,7 @@ impl Outline {
         }
         let sides = self.sides(corners);
         let aspect = aspect.unwrap_or_else(|| self.aspect(&sides));
-        if !(1e-6..=1e6).contains(&aspect) {
+        if !(LARGEST_ASPECT.recip()..=LARGEST_ASPECT).contains(&aspect) {
             return Err(BoundaryError::BadAspect { aspect });
         }
         let mut places = self.along_sides(&sides, rectangle(patch, aspect));

@@ -1,6 +1,6 @@
 use crate::Hint;
 use crate::geometry::GeometryError;
-use crate::mesh::{FaceId, MeshError, VertexId};
+use crate::mesh::{ComponentId, FaceId, MeshError, VertexId};
 use crate::solve::SolveError;
 use crate::watch::Stopped;
 
@@ -120,6 +120,29 @@ pub enum FlattenError {
         /// Area of the map over its Dirichlet energy.
         area: f64,
     },
+    /// The map to improve has flips.
+    #[error("the map to start from has {flipped} triangles turned over or collapsed")]
+    StartFlipped {
+        /// Number of such triangles.
+        flipped: usize,
+    },
+    /// The map to improve without overlaps has some.
+    #[error("the boundary of the map to start from meets itself")]
+    StartOverlaps,
+    /// A component of a surface is no patch.
+    #[error("{component}: {reason}")]
+    Component {
+        /// The component.
+        component: ComponentId,
+        /// What is in the way.
+        reason: NotAPatch,
+    },
+    /// Double precision has no place for a vertex among its neighbours.
+    #[error("no place is left for one more vertex in a map of {vertices}, to double precision")]
+    NoRoom {
+        /// Vertices laid down so far.
+        vertices: usize,
+    },
     /// Triangles are too thin to compute with.
     #[error(transparent)]
     Geometry(#[from] GeometryError),
@@ -171,6 +194,12 @@ impl Hint for FlattenError {
             Self::Undetermined { .. } | Self::Collapsed { .. } => {
                 "choose other pins, or use the spectral method"
             }
+            Self::StartOverlaps => "start from a convex boundary, or let the start be made",
+            Self::Component { reason, .. } => return reason.hint(),
+            Self::StartFlipped { .. } => {
+                "start from mean value weights on a convex curve, or let the start be made"
+            }
+            Self::NoRoom { .. } => "remesh the thinnest parts of the patch more evenly",
             Self::Geometry(error) => return error.hint(),
             Self::Mesh(error) => return error.hint(),
             Self::Solve(error) => return error.hint(),

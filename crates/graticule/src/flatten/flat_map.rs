@@ -2,9 +2,9 @@
 
 use faer::c64;
 use glam::DVec2;
-use robust::{Coord, orient2d};
 use serde::Serialize;
 
+use crate::measure::{box_around, corner_uvs, orientation};
 use crate::mesh::{PerCorner, PerVertex, TriangleMesh};
 use crate::solve::SolveError;
 use crate::tolerance::{COLLAPSED_AREA, LINEAR_RESIDUAL};
@@ -40,6 +40,8 @@ pub enum Method {
     BoundaryOptimal,
     /// [`target_map`](super::target_map).
     BoundaryTarget,
+    /// [`injective_map`](super::injective_map) or [`improve_map`](super::improve_map).
+    Injective,
 }
 
 /// Triangles of a map that are not laid down as they should be. Exact: the signs are those of the
@@ -63,10 +65,12 @@ impl FlipCount {
     pub(super) fn of_triangles(triangles: impl Iterator<Item = [DVec2; 3]>) -> Self {
         let mut count = Self::default();
         for triangle in triangles {
-            let [a, b, c] = triangle.map(|p| Coord { x: p.x, y: p.y });
-            let orientation = orient2d(a, b, c);
-            count.flipped += usize::from(orientation < 0.0);
-            count.degenerate += usize::from(orientation == 0.0);
+            let [a, b, c] = triangle;
+            match orientation(a, b, c) {
+                0 => count.degenerate += 1,
+                -1 => count.flipped += 1,
+                _ => {}
+            }
         }
         count
     }
@@ -106,19 +110,14 @@ impl FlatMap {
     /// The coordinates at each corner of each triangle.
     #[must_use]
     pub fn corner_uv(&self, mesh: &TriangleMesh) -> PerCorner<DVec2> {
-        PerCorner::from_fn(mesh.halfedge_count(), |corner| self.uv[mesh.origin(corner)])
+        corner_uvs(mesh, &self.uv)
     }
 
     /// The coordinates moved and scaled, equally in both directions, so that they fill the unit
     /// square as far as they can, from its lower left corner: texture coordinates.
     #[must_use]
     pub fn unit_square_uv(&self) -> PerVertex<DVec2> {
-        let (low, high) = self
-            .uv
-            .iter()
-            .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), &p| {
-                (low.min(p), high.max(p))
-            });
+        let [low, high] = box_around(self.uv.iter().copied());
         let extent = (high - low).max_element();
         let extent = if extent > 0.0 { extent } else { 1.0 };
         self.uv.map(|&p| (p - low) / extent)

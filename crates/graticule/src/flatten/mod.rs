@@ -9,6 +9,7 @@
 //! | [`fixed_map`], [`Weights::Cotangent`] | on a convex curve | if no weight is negative |
 //! | [`fixed_map`], [`Weights::DelaunayCotangent`] | on a circle | among the intrinsic triangles |
 //! | [`natural_map`], [`spectral_map`] | free | not promised |
+//! | [`injective_map`] | free | yes |
 //!
 //! Every map tells its flips, counted exactly, whatever theory says.
 //!
@@ -33,6 +34,7 @@
 //!
 //! [DMA02]: crate::papers::DMA02
 
+mod atlas;
 mod boundary;
 mod boundary_optimal;
 mod conformal;
@@ -48,17 +50,21 @@ mod error;
 mod fixed;
 mod flat_map;
 mod functional;
+mod injective;
 mod lanczos;
 mod limited_memory;
 mod natural;
 mod optimal;
+mod packing;
 mod patch;
 mod polynomial;
 mod seam;
+mod seam_search;
 mod spectral;
 mod surface_line;
 mod target;
 
+pub use atlas::{Atlas, AtlasIsland, AtlasOptions, lay_flat};
 pub use boundary::{BoundaryError, BoundaryPositions};
 pub use boundary_optimal::{
     BoundaryOptimalMap, BoundaryOptimalOptions, DescentStep, boundary_optimal_map,
@@ -76,9 +82,15 @@ pub use error::{FlattenError, PatchPointError};
 pub use fixed::{FixedOptions, FixedSystem, Holes, fixed_map};
 pub use flat_map::{FlatMap, FlipCount, Method};
 pub use functional::Functional;
+pub use injective::{
+    BoundaryFreedom, Descent, DistortionEnergy, InjectiveMap, InjectiveOptions, NewtonStep,
+    Overlap, improve_map, injective_map,
+};
 pub use natural::{NaturalOptions, Pins, natural_map};
 pub use optimal::{LambdaValue, NearOptimalMap, NearOptimalOptions, near_optimal_map};
+pub use packing::{IslandShape, Motion, Packing, PackingOptions, pack};
 pub use patch::{NotAPatch, Patch};
+pub use seam_search::{Seam, SeamOptions, find_seam};
 pub use spectral::spectral_map;
 pub use surface_line::{line_constraints, surface_line};
 pub use target::{BoundaryTarget, Extension, TargetMap, TargetOptions, target_map};

@@ -1,8 +1,8 @@
-use crate::mesh::{EdgeId, Element, HalfedgeId};
+use crate::mesh::{EdgeId, HalfedgeId};
 use crate::tolerance::{FLIP_SHARE, FLIP_SINE};
 
 use super::IntrinsicTriangulation;
-use super::intrinsic::{NONE, wrapped};
+use super::intrinsic::wrapped;
 use super::triangle::TriangleShape;
 
 /// Two triangles on either side of an edge from `i` to `j`: `left` has the corners `i, j, k`,
@@ -106,56 +106,16 @@ impl IntrinsicTriangulation {
         else {
             return false;
         };
-        self.rotate_diamond(halfedge, twin);
+        let moved = self.table.rotate_diamond(halfedge, twin);
+        let directions = moved.map(|(from, to)| (to, self.directions[from]));
+        for (side, direction) in directions {
+            self.directions[side] = direction;
+        }
         self.shapes[halfedge.face()] = by_i.starting_at((3 - halfedge.side()) % 3);
         self.shapes[twin.face()] = by_j.starting_at((3 - twin.side()) % 3);
         self.point_diagonal(twin, by_i.angle(1));
         self.point_diagonal(halfedge, by_j.angle(1));
         true
-    }
-
-    /// Moves the four outer sides of the two triangles one place on and turns the diagonal.
-    fn rotate_diamond(&mut self, halfedge: HalfedgeId, twin: HalfedgeId) {
-        let [i, k] = [self.origin(halfedge), self.origin(halfedge.previous())];
-        let [j, l] = [self.origin(twin), self.origin(twin.previous())];
-        let from = [
-            halfedge.next(),
-            halfedge.previous(),
-            twin.next(),
-            twin.previous(),
-        ];
-        let to = [from[3], from[0], from[1], from[2]];
-        let renamed = |old: u32| match from.iter().position(|side| side.0 == old) {
-            Some(place) => to[place].0,
-            None => old,
-        };
-        // Read all before writing any: the sides may be glued to each other, and ends may coincide.
-        let origins = [j, k, i, l];
-        let twins = from.map(|side| renamed(self.twins[side.index()]));
-        let edges = from.map(|side| self.edge(side));
-        let directions = from.map(|side| self.direction(side));
-        let leaving = origins.map(|origin| self.vertex_halfedge(origin));
-        for (place, &side) in to.iter().enumerate() {
-            self.origins[side.index()] = origins[place];
-            self.twins[side.index()] = twins[place];
-            if twins[place] != NONE {
-                self.twins[twins[place] as usize] = side.0;
-            }
-            self.halfedge_edges[side.index()] = edges[place];
-            self.edge_halfedges[edges[place].index()] = side;
-            self.directions[side] = directions[place];
-            if leaving[place] == from[place] {
-                self.vertex_halfedges[origins[place].index()] = side;
-            }
-        }
-        // The diagonal leaves `i` and `j` no more.
-        for (vertex, old, side) in [(i, halfedge, to[2]), (j, twin, to[0])] {
-            if self.vertex_halfedges[vertex.index()] == old {
-                self.vertex_halfedges[vertex.index()] = side;
-            }
-        }
-        self.origins[halfedge.index()] = l;
-        self.origins[twin.index()] = k;
     }
 
     /// Sets the direction of a new diagonal from that of the side before it, clockwise, and the

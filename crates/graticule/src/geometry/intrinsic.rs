@@ -1,14 +1,13 @@
 use std::f64::consts::TAU;
+use std::ops::Deref;
 
 use crate::mesh::{
-    EdgeId, Element, FaceId, HalfedgeId, PerCorner, PerFace, PerVertex, Surface, TriangleMesh,
+    CornerTable, EdgeId, FaceId, HalfedgeId, PerCorner, PerFace, PerVertex, Surface, TriangleMesh,
     VertexId,
 };
 
 use super::triangle::{TriangleShape, corner_angles, face_shapes};
 use super::{EdgeLengths, GeometryError};
-
-pub(super) const NONE: u32 = u32::MAX;
 
 /// A triangulation of a surface by its own shortest lines: connectivity, the shape of each
 /// triangle, and the direction of each halfedge at its vertex; nothing about space.
@@ -17,26 +16,31 @@ pub(super) const NONE: u32 = u32::MAX;
 /// holds for the mesh. Triangles and edges keep their number but not their place once edges are
 /// flipped. Then an edge may join a vertex to itself, two edges may have the same ends, and two
 /// sides of a triangle may be the same edge; the numbering `3f + k` of halfedges (see
-/// [`HalfedgeId`]) and the meaning of each method are those of [`TriangleMesh`].
+/// [`HalfedgeId`]) and the meaning of each method are those of a [`CornerTable`].
 ///
 /// *Directions.* The tangent plane of a vertex is its neighbourhood with the total angle Θ scaled
 /// to 2π inside the surface; at the boundary angles stay as they are. The direction of a halfedge
 /// is its angle there, counter-clockwise from the halfedge that was
-/// [`TriangleMesh::vertex_halfedge`] at the start. Flips leave the tangent planes alone, so that
+/// [`CornerTable::vertex_halfedge`] at the start. Flips leave the tangent planes alone, so that
 /// vectors given in them mean the same before and after
 /// (N. Sharp, Y. Soliman, K. Crane, *Navigating Intrinsic Triangulations*, 2019).
 ///
 /// Memory: about 130 bytes for each triangle.
 #[derive(Clone, Debug, PartialEq)]
 pub struct IntrinsicTriangulation {
-    pub(super) origins: Vec<VertexId>,
-    pub(super) twins: Vec<u32>,
-    pub(super) halfedge_edges: Vec<EdgeId>,
-    pub(super) edge_halfedges: Vec<HalfedgeId>,
-    pub(super) vertex_halfedges: Vec<HalfedgeId>,
+    pub(super) table: CornerTable,
     pub(super) shapes: PerFace<TriangleShape>,
     pub(super) directions: PerCorner<f64>,
     angle_sums: PerVertex<f64>,
+}
+
+impl Deref for IntrinsicTriangulation {
+    type Target = CornerTable;
+
+    #[inline]
+    fn deref(&self) -> &CornerTable {
+        &self.table
+    }
 }
 
 impl IntrinsicTriangulation {
@@ -80,13 +84,8 @@ impl IntrinsicTriangulation {
     }
 
     fn assemble(mesh: &TriangleMesh, shapes: PerFace<TriangleShape>) -> Self {
-        let twin = |halfedge| mesh.twin(halfedge).map_or(NONE, |twin| twin.0);
         let mut triangulation = Self {
-            origins: mesh.halfedges().map(|h| mesh.origin(h)).collect(),
-            twins: mesh.halfedges().map(twin).collect(),
-            halfedge_edges: mesh.halfedges().map(|h| mesh.edge(h)).collect(),
-            edge_halfedges: mesh.edges().map(|e| mesh.edge_halfedge(e)).collect(),
-            vertex_halfedges: mesh.vertices().map(|v| mesh.vertex_halfedge(v)).collect(),
+            table: CornerTable::clone(mesh),
             shapes,
             directions: PerCorner::filled(mesh.halfedge_count(), 0.0),
             angle_sums: PerVertex::filled(mesh.vertex_count(), 0.0),
@@ -105,8 +104,8 @@ impl IntrinsicTriangulation {
     fn lay_out_directions(&mut self) {
         let angles = corner_angles(&self.shapes);
         let mut sums = PerVertex::filled(self.vertex_count(), 0.0);
-        for (&origin, &angle) in self.origins.iter().zip(&angles) {
-            sums[origin] += angle;
+        for (halfedge, &angle) in self.halfedges().zip(&angles) {
+            sums[self.origin(halfedge)] += angle;
         }
         self.angle_sums = sums;
         for vertex in self.vertices() {
@@ -123,142 +122,6 @@ impl IntrinsicTriangulation {
                 }
             }
         }
-    }
-
-    /// The number of vertices.
-    #[must_use]
-    pub fn vertex_count(&self) -> usize {
-        self.vertex_halfedges.len()
-    }
-
-    /// The number of edges.
-    #[must_use]
-    pub fn edge_count(&self) -> usize {
-        self.edge_halfedges.len()
-    }
-
-    /// The number of triangles.
-    #[must_use]
-    pub fn face_count(&self) -> usize {
-        self.shapes.len()
-    }
-
-    /// The number of halfedges, which is that of corners: three for each triangle.
-    #[must_use]
-    pub fn halfedge_count(&self) -> usize {
-        self.origins.len()
-    }
-
-    /// All vertices in order.
-    #[must_use]
-    pub fn vertices(&self) -> impl ExactSizeIterator<Item = VertexId> + Clone + use<> {
-        (0..self.vertex_count()).map(VertexId::from_index)
-    }
-
-    /// All edges in order.
-    #[must_use]
-    pub fn edges(&self) -> impl ExactSizeIterator<Item = EdgeId> + Clone + use<> {
-        (0..self.edge_count()).map(EdgeId::from_index)
-    }
-
-    /// All triangles in order.
-    #[must_use]
-    pub fn faces(&self) -> impl ExactSizeIterator<Item = FaceId> + Clone + use<> {
-        (0..self.face_count()).map(FaceId::from_index)
-    }
-
-    /// All halfedges (corners) in order.
-    #[must_use]
-    pub fn halfedges(&self) -> impl ExactSizeIterator<Item = HalfedgeId> + Clone + use<> {
-        (0..self.halfedge_count()).map(HalfedgeId::from_index)
-    }
-
-    /// The vertex that the halfedge leaves from.
-    #[inline]
-    #[must_use]
-    pub fn origin(&self, halfedge: HalfedgeId) -> VertexId {
-        self.origins[halfedge.index()]
-    }
-
-    /// The vertex that the halfedge runs to; it may be the origin.
-    #[inline]
-    #[must_use]
-    pub fn destination(&self, halfedge: HalfedgeId) -> VertexId {
-        self.origin(halfedge.next())
-    }
-
-    /// The ends of the halfedge: origin, destination.
-    #[inline]
-    #[must_use]
-    pub fn ends(&self, halfedge: HalfedgeId) -> [VertexId; 2] {
-        [self.origin(halfedge), self.destination(halfedge)]
-    }
-
-    /// The halfedge on the other side of the same edge, or `None` on the boundary.
-    #[inline]
-    #[must_use]
-    pub fn twin(&self, halfedge: HalfedgeId) -> Option<HalfedgeId> {
-        let twin = self.twins[halfedge.index()];
-        (twin != NONE).then_some(HalfedgeId(twin))
-    }
-
-    /// The edge that the halfedge runs along.
-    #[inline]
-    #[must_use]
-    pub fn edge(&self, halfedge: HalfedgeId) -> EdgeId {
-        self.halfedge_edges[halfedge.index()]
-    }
-
-    /// One of the halfedges of the edge; the only one on the boundary.
-    #[inline]
-    #[must_use]
-    pub fn edge_halfedge(&self, edge: EdgeId) -> HalfedgeId {
-        self.edge_halfedges[edge.index()]
-    }
-
-    /// Whether the edge lies on the boundary.
-    #[inline]
-    #[must_use]
-    pub fn is_boundary_edge(&self, edge: EdgeId) -> bool {
-        self.twin(self.edge_halfedge(edge)).is_none()
-    }
-
-    /// Whether the vertex lies on the boundary.
-    #[inline]
-    #[must_use]
-    pub fn is_boundary_vertex(&self, vertex: VertexId) -> bool {
-        self.twin(self.vertex_halfedge(vertex)).is_none()
-    }
-
-    /// The vertices of the triangle, counter-clockwise; not always three different ones.
-    #[inline]
-    #[must_use]
-    pub fn triangle(&self, face: FaceId) -> [VertexId; 3] {
-        face.halfedges().map(|halfedge| self.origin(halfedge))
-    }
-
-    /// A halfedge that leaves from the vertex; on the boundary the one that lies on the boundary.
-    #[inline]
-    #[must_use]
-    pub fn vertex_halfedge(&self, vertex: VertexId) -> HalfedgeId {
-        self.vertex_halfedges[vertex.index()]
-    }
-
-    /// The halfedge that leaves the same vertex, one triangle on counter-clockwise; `None` where
-    /// the boundary is met.
-    #[inline]
-    #[must_use]
-    pub fn turn_left(&self, halfedge: HalfedgeId) -> Option<HalfedgeId> {
-        self.twin(halfedge.previous())
-    }
-
-    /// The halfedges that leave from the vertex, counter-clockwise, one for each corner there, from
-    /// [`vertex_halfedge`](Self::vertex_halfedge) on.
-    pub fn outgoing(&self, vertex: VertexId) -> impl Iterator<Item = HalfedgeId> + '_ {
-        let first = self.vertex_halfedge(vertex);
-        std::iter::successors(Some(first), move |&halfedge| {
-            self.turn_left(halfedge).filter(|&left| left != first)
-        })
     }
 
     /// The shape of each triangle.

@@ -1,8 +1,6 @@
 use std::ops::Index;
 
-use glam::DVec3;
-
-use crate::mesh::{EdgeId, PerEdge, Surface, TriangleMesh};
+use crate::mesh::{EdgeId, PerEdge, Surface, TriangleMesh, length};
 
 use super::GeometryError;
 
@@ -69,16 +67,6 @@ impl Index<EdgeId> for EdgeLengths {
     #[inline]
     fn index(&self, edge: EdgeId) -> &f64 {
         &self.0[edge]
-    }
-}
-
-/// The length of a vector, also where the squares of its components overflow or underflow.
-fn length(vector: DVec3) -> f64 {
-    let magnitude = vector.abs().max_element();
-    if magnitude == 0.0 || (1e-100..1e100).contains(&magnitude) {
-        vector.length()
-    } else {
-        magnitude * (vector / magnitude).length()
     }
 }
 

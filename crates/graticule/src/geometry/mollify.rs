@@ -6,8 +6,11 @@
 
 use serde::Serialize;
 
-use crate::mesh::{EdgeId, Element, FaceId, HalfedgeId, PerEdge, PerFace, TriangleMesh};
-use crate::tolerance::{DEGENERATE_HEIGHT, MOLLIFICATION_MARGIN};
+use crate::mesh::{
+    ComponentId, CornerTable, EdgeId, FaceId, PerComponent, PerEdge, PerFace, TriangleMesh,
+    find_components,
+};
+use crate::tolerance::{MOLLIFICATION_MARGIN, SMALLEST_TRIANGLE};
 
 use super::triangle::{TriangleShape, descending};
 use super::{EdgeLengths, IntrinsicTriangulation};
@@ -37,9 +40,8 @@ pub fn mollify(mesh: &TriangleMesh, lengths: &EdgeLengths) -> (EdgeLengths, Moll
             .map(|halfedge| lengths[mesh.edge(halfedge)])
     });
     let floor = lengths.mean() * SMALLEST_TRIANGLE;
-    let components = components(mesh.face_count(), |halfedge| mesh.twin(halfedge));
     let broken = sides.map(|&sides| missing_length(sides, floor) > 0.0);
-    let plan = Plan::new(&components, &broken, &sides, floor);
+    let plan = Plan::new(mesh, &broken, &sides, floor);
     let moved = PerEdge::from_fn(mesh.edge_count(), |edge: EdgeId| {
         lengths[edge] + plan.shift(mesh.edge_halfedge(edge).face())
     });
@@ -60,8 +62,7 @@ impl IntrinsicTriangulation {
         }
         let sides = self.shapes().map(TriangleShape::lengths);
         let floor = self.mean_edge_length() * SMALLEST_TRIANGLE;
-        let components = components(self.face_count(), |halfedge| self.twin(halfedge));
-        let plan = Plan::new(&components, &broken, &sides, floor);
+        let plan = Plan::new(self, &broken, &sides, floor);
         let moved = self.shapes().enumerate().map(|(face, shape)| {
             let shift = plan.shift(face);
             let longer = shape.lengths().map(|length| length + shift);
@@ -74,10 +75,6 @@ impl IntrinsicTriangulation {
     }
 }
 
-/// Triangles smaller than this share of the mean edge get the margin of one of this size, lest the
-/// product of their lengths underflow. No sensible model has such triangles.
-const SMALLEST_TRIANGLE: f64 = DEGENERATE_HEIGHT * DEGENERATE_HEIGHT;
-
 /// The least number to be added to the sides of a triangle, or 0.
 fn missing_length(sides: [f64; 3], floor: f64) -> f64 {
     let [a, b, c] = descending(sides);
@@ -87,27 +84,27 @@ fn missing_length(sides: [f64; 3], floor: f64) -> f64 {
     ((margin - excess) / (1.0 - MOLLIFICATION_MARGIN)).max(0.0)
 }
 
-struct Plan<'a> {
-    components: &'a PerFace<u32>,
-    shifts: Vec<f64>,
+/// What each component gets.
+struct Plan {
+    components: PerFace<ComponentId>,
+    shifts: PerComponent<f64>,
     report: Mollification,
 }
 
-impl<'a> Plan<'a> {
+impl Plan {
     fn new(
-        components: &'a PerFace<u32>,
+        table: &CornerTable,
         broken: &PerFace<bool>,
         sides: &PerFace<[f64; 3]>,
         floor: f64,
     ) -> Self {
-        let count = components.iter().max().map_or(0, |&last| last as usize + 1);
-        let mut is_broken = vec![false; count];
+        let (components, count) = find_components(table);
+        let mut is_broken = PerComponent::filled(count, false);
         for (&component, &broken) in components.iter().zip(broken) {
-            is_broken[component as usize] |= broken;
+            is_broken[component] |= broken;
         }
-        let mut shifts = vec![0.0_f64; count];
+        let mut shifts = PerComponent::filled(count, 0.0_f64);
         for (&component, &sides) in components.iter().zip(sides) {
-            let component = component as usize;
             if is_broken[component] {
                 shifts[component] = shifts[component].max(missing_length(sides, floor));
             }
@@ -125,32 +122,6 @@ impl<'a> Plan<'a> {
     }
 
     fn shift(&self, face: FaceId) -> f64 {
-        self.shifts[self.components[face] as usize]
+        self.shifts[self.components[face]]
     }
-}
-
-/// The edge-connected component of each triangle, numbered from 0 in the order of the triangles.
-fn components(face_count: usize, twin: impl Fn(HalfedgeId) -> Option<HalfedgeId>) -> PerFace<u32> {
-    const UNSEEN: u32 = u32::MAX;
-    let mut components: PerFace<u32> = PerFace::filled(face_count, UNSEEN);
-    let mut count = 0;
-    let mut stack = Vec::new();
-    for seed in (0..face_count).map(FaceId::from_index) {
-        if components[seed] != UNSEEN {
-            continue;
-        }
-        components[seed] = count;
-        stack.push(seed);
-        while let Some(face) = stack.pop() {
-            for neighbor in face.halfedges().into_iter().filter_map(&twin) {
-                let neighbor = neighbor.face();
-                if components[neighbor] == UNSEEN {
-                    components[neighbor] = count;
-                    stack.push(neighbor);
-                }
-            }
-        }
-        count += 1;
-    }
-    components
 }

@@ -1,6 +1,6 @@
 use glam::DVec3;
 
-use crate::mesh::{EdgeId, Element, FaceId, PerEdge, PerFace, PerVertex, Surface};
+use crate::mesh::{EdgeId, Element, FaceId, PerEdge, PerFace, PerVertex, Surface, largest_of};
 
 use super::triangle::{TriangleShape, face_shapes};
 
@@ -25,13 +25,7 @@ fn unit_normal(corners: [DVec3; 3]) -> DVec3 {
         return DVec3::ZERO;
     }
     // The two shorter sides lose least; scaled, their product neither overflows nor underflows.
-    let longest = (0..3).fold(0, |best, side| {
-        if magnitudes[side] > magnitudes[best] {
-            side
-        } else {
-            best
-        }
-    });
+    let longest = largest_of(magnitudes);
     let [u, v] = [1, 2].map(|step| {
         let side = (longest + step) % 3;
         sides[side] / magnitudes[side].max(f64::MIN_POSITIVE)

@@ -6,6 +6,7 @@ use std::f64::consts::{PI, TAU};
 use glam::{DVec2, DVec3};
 
 use crate::mesh::{HalfedgeId, PerCorner, PerFace, PerVertex, Surface, VertexId};
+use crate::tolerance::TANGENT_SLANT;
 
 use super::IntrinsicTriangulation;
 use super::intrinsic::wrapped;
@@ -100,7 +101,7 @@ impl TangentFrame {
         let scaled = towards / towards.abs().max_element().max(f64::MIN_POSITIVE);
         let along = scaled - normal * normal.dot(scaled);
         // An edge along the normal gives no direction: any will do.
-        let is_clear = along.length() > 1e-8 * scaled.length();
+        let is_clear = along.length() > TANGENT_SLANT * scaled.length();
         let x = if is_clear {
             along.normalize()
         } else {
@@ -112,7 +113,7 @@ impl TangentFrame {
 }
 
 /// A frame at each vertex: the angle-weighted normal, and the x axis along the projection of
-/// [`vertex_halfedge`](crate::mesh::TriangleMesh::vertex_halfedge), which is where the directions of
+/// [`vertex_halfedge`](crate::mesh::CornerTable::vertex_halfedge), which is where the directions of
 /// an [`IntrinsicTriangulation`] of the surface are counted from.
 ///
 /// Where a vertex has no normal, or the edge runs along it, any frame that fits is taken.

@@ -3,7 +3,7 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_3};
 
 use glam::{DVec2, DVec3};
 
-use crate::mesh::{Element, FaceId, PerCorner, PerFace, Surface};
+use crate::mesh::{Element, FaceId, PerCorner, PerFace, Surface, largest_of};
 use crate::tolerance::DEGENERATE_HEIGHT;
 
 use super::GeometryError;
@@ -33,7 +33,7 @@ impl TriangleShape {
     pub fn from_positions(corners: [DVec3; 3]) -> Self {
         let sides: [DVec3; 3] = array::from_fn(|k| corners[(k + 1) % 3] - corners[k]);
         let lengths = sides.map(DVec3::length);
-        let longest = longest_side(lengths);
+        let longest = largest_of(lengths);
         let spanned = sides[(longest + 1) % 3].cross(sides[(longest + 2) % 3]);
         Self {
             lengths,
@@ -125,7 +125,7 @@ impl TriangleShape {
     /// Smallest height over longest side, in `0.0..=0.87`; 0 if all corners coincide.
     #[must_use]
     pub fn height_ratio(&self) -> f64 {
-        let longest = self.lengths[longest_side(self.lengths)];
+        let longest = self.lengths[largest_of(self.lengths)];
         if longest > 0.0 {
             self.double_area / longest / longest
         } else {
@@ -198,16 +198,6 @@ impl TriangleShape {
 
 fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)
-}
-
-fn longest_side(lengths: [f64; 3]) -> usize {
-    (1..3).fold(0, |best, side| {
-        if lengths[side] > lengths[best] {
-            side
-        } else {
-            best
-        }
-    })
 }
 
 pub(super) fn descending(mut lengths: [f64; 3]) -> [f64; 3] {

@@ -1,5 +1,6 @@
 use glam::{DVec2, DVec3};
 
+use crate::mesh::largest_of;
 use crate::tolerance;
 
 /// `a * b - c * d` with an error of at most 1.5 units in the last place (Kahan; the bound is by
@@ -47,7 +48,7 @@ impl SourceTriangle {
     pub fn from_positions(corners: [DVec3; 3]) -> Option<Self> {
         let [p, q, r] = corners;
         let sides = [q - p, r - q, p - r];
-        let first = longest(sides.map(DVec3::length_squared));
+        let first = largest_of(sides.map(DVec3::length_squared));
         let base = sides[first].length();
         let (after, before) = (sides[(first + 1) % 3], sides[(first + 2) % 3]);
         let height = accurate_cross(after, before).length() / base;
@@ -63,7 +64,7 @@ impl SourceTriangle {
     /// or as for [`from_positions`](Self::from_positions).
     #[must_use]
     pub fn from_lengths(lengths: [f64; 3]) -> Option<Self> {
-        let first = longest(lengths);
+        let first = largest_of(lengths);
         let (base, after, before) = (
             lengths[first],
             lengths[(first + 1) % 3],
@@ -168,17 +169,6 @@ impl SourceTriangle {
     fn image_sides(&self, images: [DVec2; 3]) -> [DVec2; 3] {
         let [start, end, apex] = [0, 1, 2].map(|step| images[(self.first + step) % 3]);
         [end - start, apex - start, apex - end]
-    }
-}
-
-fn longest(lengths: [f64; 3]) -> usize {
-    let [a, b, c] = lengths;
-    if a >= b && a >= c {
-        0
-    } else if b >= c {
-        1
-    } else {
-        2
     }
 }
 

@@ -40,6 +40,7 @@ pub use map_measure::{
     FaceCounts, IslandCounts, MapElements, MapMeasure, Overlap, Packing, measure_map,
     measure_partial_map,
 };
+pub(crate) use uv_map::{box_around, orientation};
 
 use glam::DVec2;
 

@@ -14,7 +14,7 @@ const EXTENTS: std::ops::RangeInclusive<f64> = 1e-140..=1e140;
 ///
 /// [`SHE97`]: crate::papers::SHE97
 #[inline]
-pub(super) fn orientation(a: DVec2, b: DVec2, c: DVec2) -> i8 {
+pub(crate) fn orientation(a: DVec2, b: DVec2, c: DVec2) -> i8 {
     let coordinate = |p: DVec2| Coord { x: p.x, y: p.y };
     let determinant = orient2d(coordinate(a), coordinate(b), coordinate(c));
     i8::from(determinant > 0.0) - i8::from(determinant < 0.0)
@@ -168,7 +168,7 @@ impl<'a> UvMap<'a> {
 }
 
 /// The smallest box around the points that are finite; upside down without any.
-pub(super) fn box_around(points: impl Iterator<Item = DVec2>) -> [DVec2; 2] {
+pub(crate) fn box_around(points: impl Iterator<Item = DVec2>) -> [DVec2; 2] {
     points
         .filter(|p| p.is_finite())
         .fold([DVec2::INFINITY, DVec2::NEG_INFINITY], |[low, high], p| {

@@ -36,14 +36,29 @@ pub(super) fn face_shape(corners: impl Iterator<Item = DVec3> + Clone) -> FaceSh
     }
 }
 
-/// Length of a vector whose square may over- or underflow.
-pub(super) fn length(vector: DVec3) -> f64 {
+/// The length of a vector, also where the squares of its components overflow or underflow.
+pub(crate) fn length(vector: DVec3) -> f64 {
     let largest = vector.abs().max_element();
-    if largest > 0.0 && largest.is_finite() {
-        (vector / largest).length() * largest
+    if (1e-100..1e100).contains(&largest) || largest == 0.0 {
+        vector.length()
+    } else if largest.is_finite() {
+        largest * (vector / largest).length()
     } else {
         largest
     }
+}
+
+/// The place of the largest of three values, of equal ones the first.
+#[inline]
+pub(crate) fn largest_of(values: [f64; 3]) -> usize {
+    let larger = |best, place| {
+        if values[place] > values[best] {
+            place
+        } else {
+            best
+        }
+    };
+    larger(larger(0, 1), 2)
 }
 
 /// The smallest box around some points.

@@ -5,6 +5,8 @@
 //! connectivity with positions.
 
 mod coincidence;
+mod corner_table;
+mod cutting;
 mod defects;
 mod disjoint_sets;
 mod element;
@@ -18,18 +20,26 @@ mod point_tree;
 mod polygon;
 mod repair;
 mod seams;
+mod sentence;
 mod soup;
 mod surface;
 mod surface_point;
+#[cfg(test)]
+mod test_soups;
 mod topology;
 mod triangle_mesh;
 mod usable;
 
+pub use corner_table::CornerTable;
+pub use cutting::{CutSurface, cut_along};
 pub use defects::{Defects, Finding, Severity};
+pub(crate) use disjoint_sets::DisjointSets;
 pub use element::{Element, PerComponent, PerCorner, PerEdge, PerElement, PerFace, PerVertex};
 pub use error::MeshError;
 pub use id::{BoundaryLoopId, ComponentId, EdgeId, FaceId, HalfedgeId, VertexId};
 pub use list::ElementList;
+pub(crate) use measures::{largest_of, length};
+pub(crate) use point_tree::PointTree;
 pub use polygon::triangulate_polygon;
 pub use repair::{
     NonFinite, NonOrientable, RepairChanges, RepairError, RepairOptions, Repaired, Weld, repair,
@@ -37,5 +47,6 @@ pub use repair::{
 pub use soup::{Attributes, CornerAttribute, NO_VALUE, PolygonLabels, PolygonSoup, Polygons};
 pub use surface::Surface;
 pub use surface_point::SurfacePoint;
+pub(crate) use topology::find_components;
 pub use topology::{ComponentTopology, PerBoundaryLoop, Submesh, Topology, extract_component};
 pub use triangle_mesh::TriangleMesh;

@@ -10,7 +10,7 @@ const LEAF: usize = 8;
 /// Built in O(n log n). A query visits the boxes that it does not rule out: for thin regions
 /// O(√n) in the plane whatever the distribution of the points.
 #[derive(Debug)]
-pub(super) struct PointTree {
+pub(crate) struct PointTree {
     points: Vec<DVec3>,
     /// Point numbers, so ordered that every node owns a range.
     order: Vec<u32>,
@@ -32,7 +32,7 @@ struct Node {
 }
 
 impl PointTree {
-    pub(super) fn new(points: Vec<DVec3>) -> Self {
+    pub(crate) fn new(points: Vec<DVec3>) -> Self {
         let count = points.len();
         let mut tree = Self {
             points,
@@ -50,7 +50,7 @@ impl PointTree {
         tree
     }
 
-    pub(super) fn point(&self, number: u32) -> DVec3 {
+    pub(crate) fn point(&self, number: u32) -> DVec3 {
         self.points[number as usize]
     }
 
@@ -75,7 +75,7 @@ impl PointTree {
 
     /// Shows every point in the boxes (lowest, highest corner) that `may_hold` lets pass, until
     /// `visit` breaks off.
-    pub(super) fn search<B>(
+    pub(crate) fn search<B>(
         &self,
         may_hold: impl Fn(DVec3, DVec3) -> bool,
         mut visit: impl FnMut(u32) -> ControlFlow<B>,

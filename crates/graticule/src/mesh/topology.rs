@@ -2,8 +2,8 @@ use serde::Serialize;
 
 use super::disjoint_sets::{DisjointSets, number_names};
 use super::{
-    BoundaryLoopId, ComponentId, FaceId, HalfedgeId, PerComponent, PerCorner, PerElement, PerFace,
-    PerVertex, Surface, TriangleMesh, VertexId,
+    BoundaryLoopId, ComponentId, CornerTable, FaceId, HalfedgeId, PerComponent, PerCorner,
+    PerElement, PerFace, PerVertex, Surface, TriangleMesh, VertexId,
 };
 
 /// One value for each boundary loop.
@@ -127,7 +127,8 @@ impl Topology {
     }
 }
 
-fn find_components(mesh: &TriangleMesh) -> (PerFace<ComponentId>, usize) {
+/// The edge-connected component of each triangle, numbered by first triangle, and their number.
+pub(crate) fn find_components(mesh: &CornerTable) -> (PerFace<ComponentId>, usize) {
     let mut sets = DisjointSets::new(mesh.face_count());
     for halfedge in mesh.halfedges() {
         if let Some(twin) = mesh.twin(halfedge) {

@@ -5,9 +5,10 @@ use std::sync::Arc;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
 use faer::linalg::cholesky::llt::factor::LltRegularization;
-use faer::sparse::linalg::cholesky::{LdltRef, LltRef, SymbolicCholesky, SymbolicCholeskyRaw};
+use faer::sparse::linalg::cholesky::LltRef;
 use faer::{Conj, MatMut, Par, Side, Spec};
 
+use super::memory::{memory, zeros};
 use super::solution::{Factored, Solution, solve_checked};
 use super::{Ordering, SolveError, Symbolic, SymmetricMatrix};
 use crate::tolerance;
@@ -120,52 +121,12 @@ impl Factored for Cholesky {
     }
 }
 
-pub(super) fn memory(scratch: faer::dyn_stack::StackReq) -> Result<MemBuffer, SolveError> {
-    let bytes = scratch.unaligned_bytes_required();
-    MemBuffer::try_new(scratch).map_err(|_| SolveError::OutOfMemory { bytes })
-}
-
-/// Zeros, or an error where memory is short.
-pub(super) fn zeros(count: usize) -> Result<Vec<f64>, SolveError> {
-    let mut values = Vec::new();
-    values
-        .try_reserve_exact(count)
-        .map_err(|_| SolveError::OutOfMemory {
-            bytes: count.saturating_mul(size_of::<f64>()),
-        })?;
-    values.resize(count, 0.0);
-    Ok(values)
-}
-
-/// Diagonal entries of a factor, by place in the elimination order.
-pub(super) fn factor_diagonal<'a>(
-    plan: &'a SymbolicCholesky<u32>,
-    factor: &'a [f64],
-) -> Box<dyn Iterator<Item = f64> + 'a> {
-    match plan.raw() {
-        SymbolicCholeskyRaw::Simplicial(simplicial) => {
-            let starts = &simplicial.col_ptr()[..plan.ncols()];
-            Box::new(starts.iter().map(|&start| factor[start as usize]))
-        }
-        SymbolicCholeskyRaw::Supernodal(supernodal) => {
-            let blocks = 0..supernodal.n_supernodes();
-            Box::new(blocks.flat_map(move |block| {
-                let start = supernodal.col_ptr_for_val()[block] as usize;
-                let columns =
-                    supernodal.supernode_end()[block] - supernodal.supernode_begin()[block];
-                let rows = (columns + supernodal.nnz_per_super()[block]) as usize;
-                (0..columns as usize).map(move |column| factor[start + column * rows + column])
-            }))
-        }
-    }
-}
-
 fn check_pivots(
     symbolic: &Symbolic,
     matrix: &SymmetricMatrix,
     factor: &[f64],
 ) -> Result<(), SolveError> {
-    for (place, root) in factor_diagonal(symbolic.faer(), factor).enumerate() {
+    for (place, root) in symbolic.diagonal(factor).enumerate() {
         let column = symbolic.unknown_at(place);
         let pivot = root * root;
         let own = matrix.lower().get(column, column);
@@ -183,22 +144,9 @@ fn first_bad_pivot(
     symbolic: &Symbolic,
     matrix: &SymmetricMatrix,
 ) -> Result<SolveError, SolveError> {
-    let plan = symbolic.faer();
-    let mut factor = zeros(plan.len_val())?;
-    let scratch = plan.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Spec::default());
-    // An exact zero stops the elimination there; what comes after stays zero.
-    let _ = plan
-        .factorize_numeric_ldlt(
-            &mut factor,
-            matrix.lower().faer(),
-            Side::Lower,
-            LdltRegularization::default(),
-            Par::Seq,
-            MemStack::new(&mut memory(scratch)?),
-            Spec::default(),
-        )
-        .map(|done: LdltRef<'_, u32, f64>| done.symbolic());
-    let (place, pivot) = factor_diagonal(plan, &factor)
+    let (factor, _) = symbolic.factor_ldlt(matrix, LdltRegularization::default())?;
+    let (place, pivot) = symbolic
+        .diagonal(&factor)
         .enumerate()
         .find(|&(_, pivot)| pivot.is_nan() || pivot <= 0.0)
         .unwrap_or((0, 0.0));

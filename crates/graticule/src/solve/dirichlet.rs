@@ -131,15 +131,114 @@ impl Partition {
     }
 }
 
-/// A symmetric system `A x = b` with some unknowns fixed, factored once for many values of them.
+/// A system `A x = b` with some unknowns fixed, factored once for many values of them.
 ///
-/// Only the rows of free unknowns are equations. Their matrix must be positive definite: true for
-/// a Laplacian with positive weights and a fixed unknown in every component.
+/// Only the rows of free unknowns are equations.
 #[derive(Clone, Debug)]
-pub struct DirichletSystem {
+pub struct Eliminated<F> {
     partition: Partition,
     coupling: SparseMatrix,
-    factor: Cholesky,
+    factor: F,
+}
+
+/// An [`Eliminated`] symmetric system. The matrix of its free unknowns must be positive definite:
+/// true for a Laplacian with positive weights and a fixed unknown in every component.
+pub type DirichletSystem = Eliminated<Cholesky>;
+
+/// An [`Eliminated`] system that need not be symmetric.
+pub type DirichletLu = Eliminated<Lu>;
+
+/// A factored square matrix that solves for right-hand sides and checks its solutions.
+pub trait Factorization {
+    /// Solves `A x = b` for one or several right-hand sides, one column after the other.
+    ///
+    /// # Errors
+    /// [`SolveError::Inaccurate`], [`SolveError::NonFiniteRightSide`],
+    /// [`SolveError::LengthMismatch`].
+    fn solve(&self, right_sides: &[f64]) -> Result<Solution, SolveError>;
+
+    /// The same with the transpose of the matrix.
+    ///
+    /// # Errors
+    /// As [`solve`](Self::solve).
+    fn solve_transposed(&self, right_sides: &[f64]) -> Result<Solution, SolveError>;
+}
+
+impl Factorization for Cholesky {
+    fn solve(&self, right_sides: &[f64]) -> Result<Solution, SolveError> {
+        Self::solve(self, right_sides)
+    }
+
+    fn solve_transposed(&self, right_sides: &[f64]) -> Result<Solution, SolveError> {
+        Self::solve(self, right_sides)
+    }
+}
+
+impl Factorization for Lu {
+    fn solve(&self, right_sides: &[f64]) -> Result<Solution, SolveError> {
+        Self::solve(self, right_sides)
+    }
+
+    fn solve_transposed(&self, right_sides: &[f64]) -> Result<Solution, SolveError> {
+        Self::solve_transposed(self, right_sides)
+    }
+}
+
+impl<F: Factorization> Eliminated<F> {
+    /// Free unknowns, ascending.
+    #[must_use]
+    pub fn free(&self) -> &[u32] {
+        &self.partition.free
+    }
+
+    /// The factored matrix of the free unknowns.
+    #[must_use]
+    pub fn factor(&self) -> &F {
+        &self.factor
+    }
+
+    /// Solves with nothing on the right. `fixed_values` has one number per fixed unknown, in the
+    /// order in which they were given, for one or several columns; the solution has all unknowns.
+    ///
+    /// # Errors
+    /// As [`Factorization::solve`].
+    pub fn solve(&self, fixed_values: &[f64]) -> Result<Solution, SolveError> {
+        self.solve_for(fixed_values, None)
+    }
+
+    /// The same with `loads` on the right: one number per unknown and column, of which those of
+    /// fixed unknowns are not used.
+    ///
+    /// # Errors
+    /// As [`solve`](Self::solve).
+    pub fn solve_with_loads(
+        &self,
+        fixed_values: &[f64],
+        loads: &[f64],
+    ) -> Result<Solution, SolveError> {
+        self.solve_for(fixed_values, Some(loads))
+    }
+
+    fn solve_for(&self, fixed: &[f64], loads: Option<&[f64]>) -> Result<Solution, SolveError> {
+        let right_sides = self.partition.right_sides(&self.coupling, fixed, loads)?;
+        let solved = self.factor.solve(&right_sides)?;
+        Ok(self.partition.merged(fixed, solved))
+    }
+
+    /// The gradient with respect to the fixed values of a function of all unknowns, given its
+    /// gradient with respect to each unknown: one transposed solve for any number of fixed values.
+    ///
+    /// One or several columns; the result has one number per fixed unknown and column.
+    ///
+    /// # Errors
+    /// As [`Factorization::solve_transposed`].
+    pub fn pull_back(&self, gradients: &[f64]) -> Result<Solution, SolveError> {
+        let of_free = self.partition.of_free(gradients)?;
+        let adjoint = self.factor.solve_transposed(&of_free)?;
+        Ok(self
+            .partition
+            .pulled_back(&self.coupling, gradients, adjoint))
+    }
 }
 
 impl DirichletSystem {
@@ -175,72 +274,6 @@ impl DirichletSystem {
             coupling,
         })
     }
-
-    /// Free unknowns, ascending.
-    #[must_use]
-    pub fn free(&self) -> &[u32] {
-        &self.partition.free
-    }
-
-    /// The factored matrix of the free unknowns.
-    #[must_use]
-    pub fn factor(&self) -> &Cholesky {
-        &self.factor
-    }
-
-    /// Solves with nothing on the right. `fixed_values` has one number per fixed unknown, in the
-    /// order in which they were given, for one or several columns; the solution has all unknowns.
-    ///
-    /// # Errors
-    /// As [`Cholesky::solve`].
-    pub fn solve(&self, fixed_values: &[f64]) -> Result<Solution, SolveError> {
-        let right_sides = self
-            .partition
-            .right_sides(&self.coupling, fixed_values, None)?;
-        let solved = self.factor.solve(&right_sides)?;
-        Ok(self.partition.merged(fixed_values, solved))
-    }
-
-    /// The same with `loads` on the right: one number per unknown and column, of which those of
-    /// fixed unknowns are not used.
-    ///
-    /// # Errors
-    /// As [`solve`](Self::solve).
-    pub fn solve_with_loads(
-        &self,
-        fixed_values: &[f64],
-        loads: &[f64],
-    ) -> Result<Solution, SolveError> {
-        let loads = Some(loads);
-        let right_sides = self
-            .partition
-            .right_sides(&self.coupling, fixed_values, loads)?;
-        let solved = self.factor.solve(&right_sides)?;
-        Ok(self.partition.merged(fixed_values, solved))
-    }
-
-    /// The gradient with respect to the fixed values of a function of all unknowns, given its
-    /// gradient with respect to each unknown; as [`DirichletLu::pull_back`].
-    ///
-    /// # Errors
-    /// As [`Cholesky::solve`].
-    pub fn pull_back(&self, gradients: &[f64]) -> Result<Solution, SolveError> {
-        let of_free = self.partition.of_free(gradients)?;
-        let adjoint = self.factor.solve(&of_free)?;
-        Ok(self
-            .partition
-            .pulled_back(&self.coupling, gradients, adjoint))
-    }
-}
-
-/// A system `A x = b` that need not be symmetric, with some unknowns fixed, factored once.
-///
-/// Only the rows of free unknowns are equations.
-#[derive(Clone, Debug)]
-pub struct DirichletLu {
-    partition: Partition,
-    coupling: SparseMatrix,
-    factor: Lu,
 }
 
 impl DirichletLu {
@@ -276,62 +309,6 @@ impl DirichletLu {
             partition,
             coupling,
         })
-    }
-
-    /// Free unknowns, ascending.
-    #[must_use]
-    pub fn free(&self) -> &[u32] {
-        &self.partition.free
-    }
-
-    /// The factored matrix of the free unknowns.
-    #[must_use]
-    pub fn factor(&self) -> &Lu {
-        &self.factor
-    }
-
-    /// Solves with nothing on the right; as [`DirichletSystem::solve`].
-    ///
-    /// # Errors
-    /// As [`Lu::solve`].
-    pub fn solve(&self, fixed_values: &[f64]) -> Result<Solution, SolveError> {
-        let right_sides = self
-            .partition
-            .right_sides(&self.coupling, fixed_values, None)?;
-        let solved = self.factor.solve(&right_sides)?;
-        Ok(self.partition.merged(fixed_values, solved))
-    }
-
-    /// Solves with `loads` on the right; as [`DirichletSystem::solve_with_loads`].
-    ///
-    /// # Errors
-    /// As [`Lu::solve`].
-    pub fn solve_with_loads(
-        &self,
-        fixed_values: &[f64],
-        loads: &[f64],
-    ) -> Result<Solution, SolveError> {
-        let loads = Some(loads);
-        let right_sides = self
-            .partition
-            .right_sides(&self.coupling, fixed_values, loads)?;
-        let solved = self.factor.solve(&right_sides)?;
-        Ok(self.partition.merged(fixed_values, solved))
-    }
-
-    /// The gradient with respect to the fixed values of a function of all unknowns, given its
-    /// gradient with respect to each unknown: one transposed solve for any number of fixed values.
-    ///
-    /// One or several columns; the result has one number per fixed unknown and column.
-    ///
-    /// # Errors
-    /// As [`Lu::solve`].
-    pub fn pull_back(&self, gradients: &[f64]) -> Result<Solution, SolveError> {
-        let of_free = self.partition.of_free(gradients)?;
-        let adjoint = self.factor.solve_transposed(&of_free)?;
-        Ok(self
-            .partition
-            .pulled_back(&self.coupling, gradients, adjoint))
     }
 }
 

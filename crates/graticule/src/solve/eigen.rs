@@ -3,11 +3,8 @@
 use super::iterative::dot;
 use super::solution::{largest, relative_to};
 use super::{Cholesky, Ordering, SolveError, Symbolic, SymmetricMatrix};
+use crate::tolerance::EIGENVALUE_SHIFT;
 use crate::watch::Watch;
-
-/// The shift, relative to the ratio of the two matrices' norms: large enough to make the shifted
-/// matrix definite in spite of rounding, small against any eigenvalue that a mesh can resolve.
-const SHIFT: f64 = 1e-9;
 
 /// When to stop the iteration.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -193,7 +190,7 @@ fn shifted(
 ) -> Result<Cholesky, SolveError> {
     let norm = mass.row_sum_norm();
     let sigma = if norm > 0.0 {
-        SHIFT * stiffness.row_sum_norm() / norm
+        EIGENVALUE_SHIFT * stiffness.row_sum_norm() / norm
     } else {
         0.0
     };

@@ -16,7 +16,7 @@ use faer::sparse::linalg::cholesky::SymbolicCholeskyRaw;
 use faer::sparse::linalg::cholesky::supernodal::SymbolicSupernodalCholesky;
 use faer::{Accum, MatMut, MatRef, Par, Spec};
 
-use super::cholesky::zeros;
+use super::memory::zeros;
 use super::solution::largest;
 use super::{SolveError, SparseMatrix, Symbolic};
 use crate::tolerance;
@@ -223,7 +223,7 @@ impl Block {
     fn eliminate(&mut self, update: &mut [f64]) -> Result<(), FrontError> {
         let (columns, below) = (self.columns, self.below.len());
         let lower = MatMut::from_column_major_slice_mut(&mut self.lower, columns + below, columns);
-        let (mut own, mut under) = lower.split_at_row_mut(columns);
+        let (mut own, _) = lower.split_at_row_mut(columns);
         let mut inverse = vec![0; columns];
         let scratch = lu_in_place_scratch::<u32, f64>(columns, columns, Par::Seq, Spec::default());
         lu_in_place(
@@ -234,40 +234,44 @@ impl Block {
             MemStack::new(&mut MemBuffer::new(scratch)),
             Spec::default(),
         );
-        for k in 0..columns {
-            // Not `<=`: a pivot that is not a number is weak too.
-            let strong = own[(k, k)].abs() > tolerance::SINGULAR_PIVOT;
-            if !strong {
-                return Err(FrontError::WeakPivot);
-            }
+        // Not `<=`: a pivot that is not a number is weak too.
+        let strong = |pivot: f64| pivot.abs() > tolerance::SINGULAR_PIVOT;
+        if !(0..columns).all(|k| strong(own[(k, k)])) {
+            return Err(FrontError::WeakPivot);
         }
-        if below == 0 {
-            return Ok(());
+        if below > 0 {
+            self.exchange_upper();
+            self.pass_on(update);
         }
-        let own = own.as_ref();
-        let upper_part = own.transpose();
-        triangular::solve_lower_triangular_in_place(
-            upper_part,
-            under.as_mut().transpose_mut(),
-            Par::Seq,
-        );
-        for column in self.upper.chunks_exact_mut(columns) {
+        Ok(())
+    }
+
+    /// Brings the upper part's rows into the order of the block's own.
+    fn exchange_upper(&mut self) {
+        for column in self.upper.chunks_exact_mut(self.columns) {
             let unordered = column.to_vec();
             for (value, &row) in column.iter_mut().zip(&self.exchange) {
                 *value = unordered[row as usize];
             }
         }
-        let mut upper = MatMut::from_column_major_slice_mut(&mut self.upper, columns, below);
-        triangular::solve_unit_lower_triangular_in_place(own, upper.as_mut(), Par::Seq);
-        matmul(
-            MatMut::from_column_major_slice_mut(update, below, below),
-            Accum::Add,
-            under.as_ref(),
-            upper.as_ref(),
-            -1.0,
+    }
+
+    /// Divides the outer parts by the block's own factors and subtracts their product from
+    /// `update`.
+    fn pass_on(&mut self, update: &mut [f64]) {
+        let (columns, below) = (self.columns, self.below.len());
+        let lower = MatMut::from_column_major_slice_mut(&mut self.lower, columns + below, columns);
+        let (own, mut under) = lower.split_at_row_mut(columns);
+        let own = own.as_ref();
+        triangular::solve_lower_triangular_in_place(
+            own.transpose(),
+            under.as_mut().transpose_mut(),
             Par::Seq,
         );
-        Ok(())
+        let mut upper = MatMut::from_column_major_slice_mut(&mut self.upper, columns, below);
+        triangular::solve_unit_lower_triangular_in_place(own, upper.as_mut(), Par::Seq);
+        let update = MatMut::from_column_major_slice_mut(update, below, below);
+        subtract_product(update, under.as_ref(), upper.as_ref());
     }
 
     /// Carries out this block's part of a triangular solve.
@@ -280,41 +284,23 @@ impl Block {
         let mut top = self.take_own(all, order, step == Step::Lower);
         let mut bottom = self.take_below(all, order);
         let mut x = MatMut::from_column_major_slice_mut(&mut top, columns, count);
-        let mut y = MatMut::from_column_major_slice_mut(&mut bottom, below, count);
+        let y = MatMut::from_column_major_slice_mut(&mut bottom, below, count);
         match step {
             Step::Lower => {
                 triangular::solve_unit_lower_triangular_in_place(own, x.as_mut(), Par::Seq);
-                matmul(y.as_mut(), Accum::Add, under, x.as_ref(), -1.0, Par::Seq);
+                subtract_product(y, under, x.as_ref());
             }
             Step::Upper => {
-                matmul(x.as_mut(), Accum::Add, upper, y.as_ref(), -1.0, Par::Seq);
-                triangular::solve_upper_triangular_in_place(own, x.as_mut(), Par::Seq);
+                subtract_product(x.as_mut(), upper, y.as_ref());
+                triangular::solve_upper_triangular_in_place(own, x, Par::Seq);
             }
             Step::UpperTransposed => {
                 triangular::solve_lower_triangular_in_place(own.transpose(), x.as_mut(), Par::Seq);
-                matmul(
-                    y.as_mut(),
-                    Accum::Add,
-                    upper.transpose(),
-                    x.as_ref(),
-                    -1.0,
-                    Par::Seq,
-                );
+                subtract_product(y, upper.transpose(), x.as_ref());
             }
             Step::LowerTransposed => {
-                matmul(
-                    x.as_mut(),
-                    Accum::Add,
-                    under.transpose(),
-                    y.as_ref(),
-                    -1.0,
-                    Par::Seq,
-                );
-                triangular::solve_unit_upper_triangular_in_place(
-                    own.transpose(),
-                    x.as_mut(),
-                    Par::Seq,
-                );
+                subtract_product(x.as_mut(), under.transpose(), y.as_ref());
+                triangular::solve_unit_upper_triangular_in_place(own.transpose(), x, Par::Seq);
             }
         }
         self.put_own(all, order, &top, step == Step::LowerTransposed);
@@ -371,6 +357,11 @@ impl Block {
             }
         }
     }
+}
+
+/// `target -= left * right`.
+fn subtract_product(target: MatMut<'_, f64>, left: MatRef<'_, f64>, right: MatRef<'_, f64>) {
+    matmul(target, Accum::Add, left, right, -1.0, Par::Seq);
 }
 
 /// Whether all factors are finite and have not grown far beyond the entries near one.

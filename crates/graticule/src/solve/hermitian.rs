@@ -6,13 +6,14 @@
 
 use std::sync::Arc;
 
-use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::dyn_stack::MemStack;
 use faer::linalg::cholesky::llt::factor::{LltError, LltRegularization};
 use faer::sparse::linalg::cholesky::{
     LltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering, factorize_symbolic_cholesky,
 };
 use faer::{Conj, MatMut, Par, Side, c64};
 
+use super::memory::{memory, zeros};
 use super::pattern::{Pattern, check_size};
 use super::{Ordering, SolveError, SymmetricMatrix};
 
@@ -195,12 +196,13 @@ impl HermitianCholesky {
             SymmetricOrdering::Custom(ordering.faer()),
             faer::sparse::linalg::cholesky::CholeskySymbolicParams::default(),
         );
-        let symbolic = symbolic.map_err(|_| out_of_memory(matrix.order()))?;
+        let symbolic = symbolic.map_err(|_| SolveError::OutOfMemory {
+            bytes: matrix.pattern.entries() * size_of::<u32>(),
+        })?;
         let mut factor = zeros(symbolic.len_val())?;
         let scratch =
             symbolic.factorize_numeric_llt_scratch::<c64>(Par::Seq, faer::Spec::default());
-        let mut memory = MemBuffer::try_new(scratch)
-            .map_err(|_| out_of_memory(scratch.unaligned_bytes_required()))?;
+        let mut memory = memory(scratch)?;
         let result = symbolic.factorize_numeric_llt(
             &mut factor,
             matrix.faer(),
@@ -232,8 +234,7 @@ impl HermitianCholesky {
         assert_eq!(right_side.len(), order, "one number per row");
         let mut solution = right_side.to_vec();
         let scratch = self.symbolic.solve_in_place_scratch::<c64>(1, Par::Seq);
-        let mut memory = MemBuffer::try_new(scratch)
-            .map_err(|_| out_of_memory(scratch.unaligned_bytes_required()))?;
+        let mut memory = memory(scratch)?;
         LltRef::new(&self.symbolic, &self.factor).solve_in_place_with_conj(
             Conj::No,
             MatMut::from_column_major_slice_mut(&mut solution, order, 1),
@@ -281,19 +282,6 @@ fn out_of_range(order: usize, [row, column]: [usize; 2]) -> SolveError {
         rows: order,
         columns: order,
     }
-}
-
-fn zeros(count: usize) -> Result<Vec<c64>, SolveError> {
-    let mut values = Vec::new();
-    values
-        .try_reserve_exact(count)
-        .map_err(|_| out_of_memory(count.saturating_mul(size_of::<c64>())))?;
-    values.resize(count, c64::new(0.0, 0.0));
-    Ok(values)
-}
-
-fn out_of_memory(bytes: usize) -> SolveError {
-    SolveError::OutOfMemory { bytes }
 }
 
 #[cfg(test)]

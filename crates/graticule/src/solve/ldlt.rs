@@ -5,9 +5,8 @@ use std::sync::Arc;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
 use faer::sparse::linalg::cholesky::LdltRef;
-use faer::{Conj, MatMut, Par, Side, Spec};
+use faer::{Conj, MatMut, Par};
 
-use super::cholesky::{memory, zeros};
 use super::solution::{Factored, Solution, power_of_two, solve_checked};
 use super::{SolveError, Symbolic, SymmetricMatrix};
 use crate::tolerance;
@@ -77,38 +76,22 @@ fn factor_values(
     scaled: &SymmetricMatrix,
     signs: Option<&[i8]>,
 ) -> Result<Vec<f64>, SolveError> {
-    let plan = symbolic.faer();
-    let mut factor = zeros(plan.len_val())?;
-    let scratch = plan.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Spec::default());
     let regularization = LdltRegularization {
         dynamic_regularization_signs: signs,
         dynamic_regularization_delta: tolerance::PIVOT_REPLACEMENT,
         dynamic_regularization_epsilon: tolerance::REGULARISED_PIVOT,
     };
-    let done = plan
-        .factorize_numeric_ldlt(
-            &mut factor,
-            scaled.lower().faer(),
-            Side::Lower,
-            regularization,
-            Par::Seq,
-            MemStack::new(&mut memory(scratch)?),
-            Spec::default(),
-        )
-        .map(|_| ());
-    let bad = factor.iter().any(|value| !value.is_finite());
-    match done {
-        Ok(()) if !bad => Ok(factor),
-        _ => {
-            let mut pivots = super::cholesky::factor_diagonal(plan, &factor).enumerate();
-            let bad = pivots.find(|(_, pivot)| !pivot.is_finite() || *pivot == 0.0);
-            let (place, pivot) = bad.unwrap_or((0, 0.0));
-            Err(SolveError::Singular {
-                column: symbolic.unknown_at(place),
-                pivot,
-            })
-        }
+    let (factor, finished) = symbolic.factor_ldlt(scaled, regularization)?;
+    if finished && factor.iter().all(|value| value.is_finite()) {
+        return Ok(factor);
     }
+    let mut pivots = symbolic.diagonal(&factor).enumerate();
+    let bad = pivots.find(|(_, pivot)| !pivot.is_finite() || *pivot == 0.0);
+    let (place, pivot) = bad.unwrap_or((0, 0.0));
+    Err(SolveError::Singular {
+        column: symbolic.unknown_at(place),
+        pivot,
+    })
 }
 
 impl Factored for Ldlt {

@@ -8,18 +8,15 @@ use faer::sparse::linalg::lu::simplicial;
 use faer::sparse::linalg::{LuError, SupernodalThreshold, colamd};
 use faer::{Conj, MatMut, Par};
 
-use super::cholesky::memory;
 use super::fronts::{FrontError, FrontalLu, has_grown};
 use super::ldlt::scale_columns;
+use super::memory::memory;
 use super::solution::{Factored, Solution, power_of_two, solve_checked};
 use super::{Ordering, SolveError, SparseMatrix, Symbolic, SymmetricMatrix};
 use crate::tolerance;
 
 /// Refinement steps allowed: exchanging rows within blocks only may cost some digits.
 const REFINEMENTS: usize = 4;
-
-/// Factors may grow to this before rows are exchanged without restriction: half of all digits.
-const GROWTH_LIMIT: f64 = 1e8;
 
 /// The elimination of matrices of one pattern, planned.
 #[derive(Debug)]
@@ -107,7 +104,9 @@ impl Lu {
         let (scaled, row_scales, column_scales) = equilibrated(matrix)?;
         let permuted = permuted(&scaled, &symbolic.ordering)?;
         let factors = match FrontalLu::factor(&symbolic.symmetric, &permuted) {
-            Ok(factors) if !has_grown(&factors, GROWTH_LIMIT) => Factors::Frontal(factors),
+            Ok(factors) if !has_grown(&factors, tolerance::FACTOR_GROWTH) => {
+                Factors::Frontal(factors)
+            }
             Ok(_) | Err(FrontError::WeakPivot) => {
                 Factors::General(Box::new(GeneralLu::factor(&scaled)?))
             }

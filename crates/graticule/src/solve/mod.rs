@@ -42,6 +42,7 @@ mod hermitian;
 mod iterative;
 mod ldlt;
 mod lu;
+mod memory;
 mod ordering;
 mod pattern;
 mod preconditioner;
@@ -51,7 +52,7 @@ mod sparse;
 mod symbolic;
 
 pub use cholesky::Cholesky;
-pub use dirichlet::{DirichletLu, DirichletSystem};
+pub use dirichlet::{DirichletLu, DirichletSystem, Eliminated, Factorization};
 pub use eigen::{EigenOptions, Eigenpair, Pencil, smallest_eigenvector};
 pub use error::SolveError;
 pub use hermitian::{HermitianCholesky, HermitianMatrix};

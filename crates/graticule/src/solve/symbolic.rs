@@ -2,13 +2,16 @@
 
 use std::sync::Arc;
 
-use faer::Side;
+use faer::dyn_stack::MemStack;
+use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
 use faer::sparse::linalg::SupernodalThreshold;
 use faer::sparse::linalg::cholesky::{
     CholeskySymbolicParams, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
     factorize_symbolic_cholesky,
 };
+use faer::{Par, Side, Spec};
 
+use super::memory::{memory, zeros};
 use super::{Ordering, Pattern, SolveError, SymmetricMatrix};
 
 /// The elimination of a symmetric matrix, planned: order, and where the factor's entries will stand.
@@ -89,6 +92,51 @@ impl Symbolic {
         self.faer
             .perm()
             .map_or(place, |order| order.arrays().0[place] as usize)
+    }
+
+    /// `L D Lᵀ` of a matrix with the planned pattern, into the `factor`; tells whether the
+    /// elimination came to its end. An exact zero, unless regularised, stops it there; what comes
+    /// after stays zero.
+    pub(super) fn factor_ldlt(
+        &self,
+        matrix: &SymmetricMatrix,
+        regularization: LdltRegularization<'_, f64>,
+    ) -> Result<(Vec<f64>, bool), SolveError> {
+        let mut factor = zeros(self.faer.len_val())?;
+        let scratch = self
+            .faer
+            .factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Spec::default());
+        let done = self.faer.factorize_numeric_ldlt(
+            &mut factor,
+            matrix.lower().faer(),
+            Side::Lower,
+            regularization,
+            Par::Seq,
+            MemStack::new(&mut memory(scratch)?),
+            Spec::default(),
+        );
+        let finished = done.is_ok();
+        Ok((factor, finished))
+    }
+
+    /// Diagonal entries of a factor, by place in the elimination order.
+    pub(super) fn diagonal<'a>(&'a self, factor: &'a [f64]) -> Box<dyn Iterator<Item = f64> + 'a> {
+        match self.faer.raw() {
+            SymbolicCholeskyRaw::Simplicial(simplicial) => {
+                let starts = &simplicial.col_ptr()[..self.order()];
+                Box::new(starts.iter().map(|&start| factor[start as usize]))
+            }
+            SymbolicCholeskyRaw::Supernodal(supernodal) => {
+                let blocks = 0..supernodal.n_supernodes();
+                Box::new(blocks.flat_map(move |block| {
+                    let start = supernodal.col_ptr_for_val()[block] as usize;
+                    let columns =
+                        supernodal.supernode_end()[block] - supernodal.supernode_begin()[block];
+                    let rows = (columns + supernodal.nnz_per_super()[block]) as usize;
+                    (0..columns as usize).map(move |column| factor[start + column * rows + column])
+                }))
+            }
+        }
     }
 
     pub(super) fn check_pattern(&self, pattern: &Arc<Pattern>) -> Result<(), SolveError> {

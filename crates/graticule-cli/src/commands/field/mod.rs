@@ -4,6 +4,8 @@ mod guides;
 mod options;
 mod output;
 mod picture;
+mod ply;
+mod singularities;
 mod table;
 
 use graticule::field::{FieldError, FieldResult, cross_field};
@@ -19,11 +21,13 @@ use crate::session::Session;
 use guides::Wishes;
 pub(crate) use options::Options;
 use output::FieldOutput;
+use singularities::Places;
 
 /// Reads, repairs, computes, draws, writes.
 pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {
     let (plan, output) = options.check(&session.common)?;
     let wishes = Wishes::read(options.guide.as_deref())?;
+    let places = Places::of(options)?;
     let input = Input::read(&options.mesh, session)?;
     let mut outcome = Outcome::of(Report::new("field", session.options_to_report(options)?));
     outcome.report.input = input.to_report();
@@ -32,15 +36,20 @@ pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {
     let found = Found {
         soup: &input.soup,
         repaired: &repaired,
-        field: field(options, &wishes, &input, &repaired, session)?,
+        field: field(options, (&wishes, &places), &input, &repaired, session)?,
     };
     outcome.report.result = found.to_report()?;
     outcome.remarks = table::table(&found.field).to_string();
     if let Some(format) = plan.picture_format() {
         let _stage = session.watch.stage("draw");
-        outcome.picture = Some(format.encode(&picture::picture(&repaired.surface, &found.field)?));
+        outcome.picture = Some(format.encode(&picture::picture(
+            &repaired.surface,
+            &found.field,
+            options.draw,
+        )?));
     }
     match output {
+        FieldOutput::Ply(path) => outcome.files.push((path, found.to_ply())),
         FieldOutput::Lines => outcome.mesh = Some(found.to_lines()),
         FieldOutput::Json(Some(path)) => outcome.files.push((path, found.to_json()?.into_bytes())),
         FieldOutput::Json(None) => outcome.text = found.to_json()?,
@@ -51,7 +60,7 @@ pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {
 /// The field that the options ask for; an error names guides by their place in the file.
 fn field(
     options: &Options,
-    wishes: &Wishes,
+    (wishes, places): (&Wishes, &Places),
     input: &Input,
     repaired: &Repaired,
     session: &Session,
@@ -59,12 +68,22 @@ fn field(
     let mut wanted = options.field_options(session.common.seed);
     let guides = wishes.on_surface(&input.soup, repaired)?;
     wanted.guides = guides.iter().map(|(_, guide)| *guide).collect();
-    wanted.features.edges = guides::lines_of_file(&input.soup, repaired, &session.watch);
+    let strokes = wishes.strokes();
+    wanted.strokes = strokes.iter().map(|(_, stroke)| stroke.clone()).collect();
+    let (edges, beside) = guides::lines_of_file(&input.soup, repaired);
+    wanted.features.edges = edges;
+    wanted.strokes.extend(beside);
+    wanted.singularities = places.plan(wanted.symmetry, repaired)?;
     let found = cross_field(&repaired.surface, &wanted, &session.watch);
     found.map_err(|error| match error {
         FieldError::Guide { guide, what, value } => {
             let guide = guides[guide].0;
             Failure::from(FieldError::Guide { guide, what, value })
+        }
+        FieldError::Stroke { number, what } => {
+            // Those of the mesh file come after those of the guide file.
+            let number = strokes.get(number).map_or(number, |(number, _)| *number);
+            Failure::from(FieldError::Stroke { number, what })
         }
         error => Failure::from(error).at(input.path.display()),
     })

@@ -19,6 +19,8 @@ use crate::output::extension;
 pub(super) enum FieldOutput {
     /// Directions as JSON, into a file or to standard output.
     Json(Option<PathBuf>),
+    /// The mesh with directions as properties of its vertices.
+    Ply(PathBuf),
     /// The mesh with lines, which the plan writes.
     Lines,
 }
@@ -32,10 +34,15 @@ impl FieldOutput {
                 let output = MeshOutput::new(path, None)?;
                 Ok((Plan::with_mesh(common, Some(output))?, Self::Lines))
             }
-            "json" => {
+            ending @ ("json" | "ply") => {
                 let mut plan = Plan::check(common)?;
-                plan.add_file(path.to_path_buf())?;
-                Ok((plan, Self::Json(Some(path.to_path_buf()))))
+                let path = path.to_path_buf();
+                plan.add_file(path.clone())?;
+                let output = match ending {
+                    "ply" => Self::Ply(path),
+                    _ => Self::Json(Some(path)),
+                };
+                Ok((plan, output))
             }
             _ if to_stdout && common.json => Err(Failure::usage(
                 "both the field and the report are to go to standard output",
@@ -47,7 +54,7 @@ impl FieldOutput {
                     "a field cannot be written as '{other}' ({})",
                     path.display()
                 ),
-                "end its name in .json for the directions or .obj for lines",
+                "end its name in .json or .ply for the directions, or in .obj for lines",
             )),
         }
     }

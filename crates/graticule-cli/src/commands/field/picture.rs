@@ -3,19 +3,21 @@
 use std::collections::BTreeMap;
 
 use glam::DVec3;
-use graticule::field::FieldResult;
+use graticule::field::{FieldError, FieldResult, streamlines};
 use graticule::mesh::{Surface, VertexId};
 use graticule_draw::{
-    Color, ColorScale, DrawError, Figure, Lines, Panel, Picture, Points, SurfaceStyle,
-    side_by_side, surface,
+    Color, ColorScale, Figure, Lines, Panel, Picture, Points, SurfaceStyle, side_by_side, surface,
 };
 
+use super::options::Drawing;
 use super::output::{middle, rays};
+use crate::failure::Failure;
 
 /// Side of a panel in pixels.
 const PANEL: u32 = 1280;
 
-/// Cells along the longest side of the bounding box; each shows the field once.
+/// Cells along the longest side of the bounding box: each shows the field once, or a line in each
+/// direction.
 const CELLS: f64 = 48.0;
 
 /// Length of a ray over the side of a cell.
@@ -26,9 +28,19 @@ const NEGATIVE: Color = Color::hex(0x001f_5fd6);
 
 /// The field on its surface, red dots where it turns forward and blue ones where backward; beside
 /// it the scale that takes the curl away, if there is one.
-pub(super) fn picture(shape: &Surface, found: &FieldResult) -> Result<Picture, DrawError> {
+pub(super) fn picture(
+    shape: &Surface,
+    found: &FieldResult,
+    drawing: Drawing,
+) -> Result<Picture, Failure> {
     let plain = surface(shape, &SurfaceStyle::default())?;
-    let mut panels = vec![with_field(plain, shape, found).with_caption("field")];
+    let [low, high] = shape.bounding_box();
+    let cell = (high - low).max_element() / CELLS;
+    let lines = match drawing {
+        Drawing::Streamlines => streamlines_of(shape, found, cell)?,
+        Drawing::Crosses => crosses(shape, found, cell),
+    };
+    let mut panels = vec![with_field(plain, lines, shape, found).with_caption("field")];
     if let Some(scale) = &found.scale {
         let logarithms = scale.map(|v| libm::log2(*v));
         let figure = Figure::per_vertex("scale, log2", &logarithms);
@@ -39,11 +51,11 @@ pub(super) fn picture(shape: &Surface, found: &FieldResult) -> Result<Picture, D
         panels.push(surface(shape, &style)?.with_caption("scale without curl"));
     }
     let width = PANEL * panels.len() as u32;
-    side_by_side(panels).with_size(width, PANEL)
+    Ok(side_by_side(panels).with_size(width, PANEL)?)
 }
 
-fn with_field(panel: Panel, shape: &Surface, found: &FieldResult) -> Panel {
-    let panel = panel.with_layer(lines(shape, found));
+fn with_field(panel: Panel, lines: Lines, shape: &Surface, found: &FieldResult) -> Panel {
+    let panel = panel.with_layer(lines);
     let dots = |color: Color, sign: i32| {
         let faces = found.singularities.faces.iter();
         let signed = faces.filter(|singularity| singularity.steps.signum() == sign);
@@ -59,10 +71,18 @@ fn with_field(panel: Panel, shape: &Surface, found: &FieldResult) -> Panel {
         .with_layer(dots(POSITIVE, 1))
 }
 
+/// Lines along the field, a cell apart.
+fn streamlines_of(shape: &Surface, found: &FieldResult, cell: f64) -> Result<Lines, FieldError> {
+    let mut lines = Lines::new(Color::INK, 0.9);
+    for line in streamlines(shape, &found.field, cell).map_err(FieldError::from)? {
+        lines.push(line);
+    }
+    Ok(lines)
+}
+
 /// The field at one vertex of each cell of the bounding box.
-fn lines(shape: &Surface, found: &FieldResult) -> Lines {
-    let [low, high] = shape.bounding_box();
-    let cell = (high - low).max_element() / CELLS;
+fn crosses(shape: &Surface, found: &FieldResult, cell: f64) -> Lines {
+    let [low, _] = shape.bounding_box();
     let mut lines = Lines::new(Color::INK, 1.1);
     for vertex in one_of_each_cell(shape, low, cell) {
         let place = shape.position(vertex);

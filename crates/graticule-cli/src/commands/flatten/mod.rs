@@ -1,6 +1,8 @@
 //! `graticule flatten`: a patch laid flat, written as the mesh that was read with texture
 //! coordinates.
 
+mod atlas;
+mod atlas_options;
 mod method;
 mod options;
 mod piece;
@@ -37,6 +39,14 @@ pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {
     let repaired = input.repaired_on_the_way(options.repair_options(), session)?;
     outcome.report.repair = repair_to_report(&repaired.changes)?;
     let at_input = |failure: Failure| failure.at(input.path.display());
+    if options.atlas.are_asked_for() {
+        let place = input.path.display().to_string();
+        let picture = atlas::run(options, input, &repaired, &mut outcome, session)
+            .map_err(|failure| failure.at(place))?;
+        let encoded = plan.picture_format().zip(picture);
+        outcome.picture = encoded.map(|(format, picture)| format.encode(&picture));
+        return plan.finish(session, outcome);
+    }
     let piece = Piece::choose(&repaired, options.component).map_err(at_input)?;
     let made = {
         let _stage = session.watch.stage("flatten");

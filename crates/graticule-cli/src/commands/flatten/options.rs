@@ -8,6 +8,7 @@ use graticule::mesh::RepairOptions;
 use graticule_io::Format;
 use serde::Serialize;
 
+use super::atlas_options::AtlasArguments;
 use super::told::{Line, Pin, Place, Told, parse_line, parse_pin, parse_place, parse_told};
 use crate::arguments::CommonOptions;
 use crate::failure::Failure;
@@ -98,6 +99,8 @@ pub(crate) struct Options {
     /// given, else unit-square
     #[arg(long, value_enum)]
     scale: Option<Scale>,
+    #[command(flatten)]
+    pub(super) atlas: AtlasArguments,
     #[command(flatten)]
     repair: RepairArguments,
 }
@@ -232,6 +235,13 @@ impl Options {
             }
         }
         self.check_numbers()?;
+        self.atlas.check()?;
+        if self.atlas.are_asked_for() && self.method != Method::Natural {
+            return Err(Failure::usage(
+                format!("--method {method} does not go with --injective, --no-overlap and --cut"),
+                "leave one of them out: a map without flips has a method of its own",
+            ));
+        }
         self.check_counts()?;
         self.check_combinations()?;
         let output = MeshOutput::new(&self.output, self.format)?.with_uvs()?;

@@ -7,7 +7,6 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-pub(super) use report::sentence;
 pub use report::{Finding, Severity};
 
 use super::{ElementList, PolygonSoup};

@@ -1,9 +1,10 @@
+use std::cmp::Reverse;
 use std::fmt::{self, Display};
 
 use serde::Serialize;
 
 use super::Defects;
-use crate::mesh::ElementList;
+use crate::mesh::sentence::{Sentence, of_components, of_edges, of_polygons, of_vertices};
 
 /// What a finding means for the use of the soup.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -36,169 +37,208 @@ impl Display for Finding {
     }
 }
 
+/// A kind of finding: its code, its severity, and what there is to say.
+type Row = (&'static str, Severity, Option<Sentence>);
+
 impl Defects {
     /// What was found, one entry for each kind that occurs, the gravest first.
     #[must_use]
     pub fn findings(&self) -> Vec<Finding> {
-        use Severity::{Note, Refused, Repairable};
-        let rows = [
-            self.vertex_findings(),
-            self.polygon_findings(),
-            vec![
-                row(
-                    "non-orientable",
-                    Refused,
-                    &self.non_orientable,
-                    "non-orientable piece|non-orientable pieces",
-                    "from polygon",
-                ),
-                row(
-                    "non-manifold-edges",
-                    Repairable,
-                    &self.non_manifold_edges,
-                    "edge with more than two polygons|edges with more than two polygons",
-                    "between vertices",
-                ),
-                row(
-                    "non-manifold-vertices",
-                    Repairable,
-                    &self.non_manifold_vertices,
-                    "vertex that joins separate fans (bow-tie)|vertices that join separate fans (bow-ties)",
-                    "vertex",
-                ),
-                row(
-                    "inconsistent-orientation",
-                    Repairable,
-                    &self.inconsistent_edges,
-                    "edge with inconsistent orientation|edges with inconsistent orientation",
-                    "between vertices",
-                ),
-                row(
-                    "inside-out",
-                    Repairable,
-                    &self.inside_out,
-                    "closed component facing inward|closed components facing inward",
-                    "from polygon",
-                ),
-                row(
-                    "open-seams",
-                    Note,
-                    &self.open_seams,
-                    "pair of boundary edges at the same place|pairs of boundary edges at the same place",
-                    "between vertices",
-                ),
-                row(
-                    "t-junctions",
-                    Note,
-                    &self.t_junctions,
-                    "T-junction (a crack)|T-junctions (cracks)",
-                    "vertex",
-                ),
-                row(
-                    "tiny-components",
-                    Note,
-                    &self.tiny_components,
-                    "tiny component|tiny components",
-                    "from polygon",
-                ),
-            ],
+        let sections = [
+            self.vertex_rows(),
+            self.polygon_rows(),
+            self.shape_rows(),
+            self.topology_rows(),
+            self.gap_rows(),
         ];
-        let mut findings: Vec<_> = rows.into_iter().flatten().flatten().collect();
-        findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
+        let rows = sections.into_iter().flatten();
+        let mut findings: Vec<_> = rows
+            .filter_map(|(code, severity, sentence)| {
+                sentence.map(|Sentence { count, text }| Finding {
+                    code,
+                    severity,
+                    count,
+                    message: text,
+                })
+            })
+            .collect();
+        findings.sort_by_key(|finding| Reverse(finding.severity));
         findings
     }
 
-    fn vertex_findings(&self) -> Vec<Option<Finding>> {
-        use Severity::{Note, Refused};
+    fn vertex_rows(&self) -> Vec<Row> {
         vec![
-            row(
+            (
                 "non-finite-vertices",
-                Refused,
-                &self.non_finite_vertices,
-                "vertex with a position that is not finite|vertices with positions that are not finite",
-                "vertex",
+                Severity::Refused,
+                of_vertices(
+                    &self.non_finite_vertices,
+                    "vertex with a position that is not finite|vertices with positions that are not finite",
+                ),
             ),
-            row(
+            (
                 "non-finite-unused-vertices",
-                Note,
-                &self.non_finite_unused_vertices,
-                "unused vertex with a position that is not finite|unused vertices with positions that are not finite",
-                "vertex",
+                Severity::Note,
+                of_vertices(
+                    &self.non_finite_unused_vertices,
+                    "unused vertex with a position that is not finite|unused vertices with positions that are not finite",
+                ),
             ),
-            row(
+            (
                 "isolated-vertices",
-                Note,
-                &self.isolated_vertices,
-                "vertex without polygon|vertices without polygon",
-                "vertex",
+                Severity::Note,
+                of_vertices(
+                    &self.isolated_vertices,
+                    "vertex without polygon|vertices without polygon",
+                ),
             ),
-            row(
+            (
                 "duplicate-vertices",
-                Note,
-                &self.duplicate_vertices,
-                "vertex at the position of an earlier one|vertices at the position of an earlier one",
-                "vertex",
+                Severity::Note,
+                of_vertices(
+                    &self.duplicate_vertices,
+                    "vertex at the position of an earlier one|vertices at the position of an earlier one",
+                ),
             ),
         ]
     }
 
-    fn polygon_findings(&self) -> Vec<Option<Finding>> {
-        use Severity::{Note, Refused, Repairable};
+    fn polygon_rows(&self) -> Vec<Row> {
         vec![
-            row(
+            (
                 "out-of-range",
-                Refused,
-                &self.out_of_range,
-                "polygon naming a vertex that is not there|polygons naming vertices that are not there",
-                "polygon",
+                Severity::Refused,
+                of_polygons(
+                    &self.out_of_range,
+                    "polygon naming a vertex that is not there|polygons naming vertices that are not there",
+                ),
             ),
-            row(
+            (
                 "too-few-corners",
-                Repairable,
-                &self.too_few_corners,
-                "polygon with less than three corners|polygons with less than three corners",
-                "polygon",
+                Severity::Repairable,
+                of_polygons(
+                    &self.too_few_corners,
+                    "polygon with less than three corners|polygons with less than three corners",
+                ),
             ),
-            row(
+            (
                 "repeated-corners",
-                Repairable,
-                &self.repeated_corners,
-                "polygon that repeats a corner|polygons that repeat a corner",
-                "polygon",
+                Severity::Repairable,
+                of_polygons(
+                    &self.repeated_corners,
+                    "polygon that repeats a corner|polygons that repeat a corner",
+                ),
             ),
-            row(
+            (
                 "duplicate-polygons",
-                Repairable,
-                &self.duplicate_polygons,
-                "polygon over the vertices of an earlier one|polygons over the vertices of an earlier one",
-                "polygon",
+                Severity::Repairable,
+                of_polygons(
+                    &self.duplicate_polygons,
+                    "polygon over the vertices of an earlier one|polygons over the vertices of an earlier one",
+                ),
             ),
-            row(
-                "zero-length-edges",
-                Repairable,
-                &self.zero_length_edges,
-                "polygon with an edge of no length|polygons with an edge of no length",
-                "polygon",
-            ),
-            row(
-                "zero-area",
-                Repairable,
-                &self.zero_area,
-                "polygon without area|polygons without area",
-                "polygon",
-            ),
-            row(
-                "slivers",
-                Note,
-                &self.slivers,
-                "very thin triangle|very thin triangles",
-                "polygon",
-            ),
-            self.large_polygons(),
         ]
     }
 
-    fn large_polygons(&self) -> Option<Finding> {
+    fn shape_rows(&self) -> Vec<Row> {
+        vec![
+            (
+                "zero-length-edges",
+                Severity::Repairable,
+                of_polygons(
+                    &self.zero_length_edges,
+                    "polygon with an edge of no length|polygons with an edge of no length",
+                ),
+            ),
+            (
+                "zero-area",
+                Severity::Repairable,
+                of_polygons(
+                    &self.zero_area,
+                    "polygon without area|polygons without area",
+                ),
+            ),
+            (
+                "slivers",
+                Severity::Note,
+                of_polygons(&self.slivers, "very thin triangle|very thin triangles"),
+            ),
+            ("polygons", Severity::Note, self.large_polygons()),
+        ]
+    }
+
+    fn topology_rows(&self) -> Vec<Row> {
+        vec![
+            (
+                "non-orientable",
+                Severity::Refused,
+                of_components(
+                    &self.non_orientable,
+                    "non-orientable piece|non-orientable pieces",
+                ),
+            ),
+            (
+                "non-manifold-edges",
+                Severity::Repairable,
+                of_edges(
+                    &self.non_manifold_edges,
+                    "edge with more than two polygons|edges with more than two polygons",
+                ),
+            ),
+            (
+                "non-manifold-vertices",
+                Severity::Repairable,
+                of_vertices(
+                    &self.non_manifold_vertices,
+                    "vertex that joins separate fans (bow-tie)|vertices that join separate fans (bow-ties)",
+                ),
+            ),
+            (
+                "inconsistent-orientation",
+                Severity::Repairable,
+                of_edges(
+                    &self.inconsistent_edges,
+                    "edge with inconsistent orientation|edges with inconsistent orientation",
+                ),
+            ),
+            (
+                "inside-out",
+                Severity::Repairable,
+                of_components(
+                    &self.inside_out,
+                    "closed component facing inward|closed components facing inward",
+                ),
+            ),
+        ]
+    }
+
+    fn gap_rows(&self) -> Vec<Row> {
+        vec![
+            (
+                "open-seams",
+                Severity::Note,
+                of_edges(
+                    &self.open_seams,
+                    "pair of boundary edges at the same place|pairs of boundary edges at the same place",
+                ),
+            ),
+            (
+                "t-junctions",
+                Severity::Note,
+                of_vertices(
+                    &self.t_junctions,
+                    "T-junction (a crack)|T-junctions (cracks)",
+                ),
+            ),
+            (
+                "tiny-components",
+                Severity::Note,
+                of_components(&self.tiny_components, "tiny component|tiny components"),
+            ),
+        ]
+    }
+
+    fn large_polygons(&self) -> Option<Sentence> {
         let sizes: Vec<_> = self
             .polygon_sizes
             .iter()
@@ -206,70 +246,11 @@ impl Defects {
             .collect();
         let count: usize = sizes.iter().map(|(_, count)| **count).sum();
         let (smallest, largest) = (sizes.first()?.0, sizes.last()?.0);
-        Some(Finding {
-            code: "polygons",
-            severity: Severity::Note,
-            count,
-            message: match count {
-                1 => format!("1 polygon with {largest} corners"),
-                _ if smallest == largest => format!("{count} polygons with {largest} corners"),
-                _ => format!("{count} polygons with {smallest} to {largest} corners"),
-            },
-        })
+        let text = match count {
+            1 => format!("1 polygon with {largest} corners"),
+            _ if smallest == largest => format!("{count} polygons with {largest} corners"),
+            _ => format!("{count} polygons with {smallest} to {largest} corners"),
+        };
+        Some(Sentence { count, text })
     }
-}
-
-/// An element as a sentence names it.
-pub(in crate::mesh) trait Named {
-    fn name(&self) -> String;
-}
-
-impl Named for u32 {
-    fn name(&self) -> String {
-        self.to_string()
-    }
-}
-
-impl Named for [u32; 2] {
-    fn name(&self) -> String {
-        format!("{} and {}", self[0], self[1])
-    }
-}
-
-/// `nouns` holds singular and plural, apart by a bar; `place` stands before the first element.
-fn row<T: Named>(
-    code: &'static str,
-    severity: Severity,
-    elements: &ElementList<T>,
-    nouns: &str,
-    place: &str,
-) -> Option<Finding> {
-    let message = sentence(elements, nouns, place)?;
-    Some(Finding {
-        code,
-        severity,
-        count: elements.count(),
-        message,
-    })
-}
-
-/// For example `3 T-junctions: vertex 5, 6, 7`; nothing for an empty list.
-pub(in crate::mesh) fn sentence<T: Named>(
-    elements: &ElementList<T>,
-    nouns: &str,
-    place: &str,
-) -> Option<String> {
-    /// Named in a sentence; the report has more.
-    const NAMED: usize = 3;
-    let count = elements.count();
-    let (singular, plural) = nouns.split_once('|').unwrap_or((nouns, nouns));
-    let noun = if count == 1 { singular } else { plural };
-    let named: Vec<_> = elements.all().iter().take(NAMED).map(Named::name).collect();
-    let more = if count > NAMED { ", …" } else { "" };
-    let separator = if place.contains("between") {
-        "; "
-    } else {
-        ", "
-    };
-    (count > 0).then(|| format!("{count} {noun}: {place} {}{more}", named.join(separator)))
 }

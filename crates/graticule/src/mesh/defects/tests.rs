@@ -2,22 +2,10 @@ use glam::DVec3;
 
 use super::*;
 use crate::mesh::Polygons;
-
-fn soup(positions: &[[f64; 3]], polygons: &[&[u32]]) -> PolygonSoup {
-    PolygonSoup {
-        positions: positions.iter().map(|&p| DVec3::from_array(p)).collect(),
-        polygons: polygons.iter().copied().collect(),
-        ..PolygonSoup::default()
-    }
-}
+use crate::mesh::test_soups::{fin, soup, soup_of};
 
 fn cube() -> PolygonSoup {
-    let cube = graticule_fixtures::cube();
-    PolygonSoup {
-        positions: cube.positions,
-        polygons: cube.triangles.iter().map(|t| &t[..]).collect(),
-        ..PolygonSoup::default()
-    }
+    soup_of(&graticule_fixtures::cube())
 }
 
 #[test]
@@ -78,17 +66,7 @@ fn degenerate_polygons_are_found_at_every_scale() {
 
 #[test]
 fn non_manifold_and_badly_oriented_places_are_named() {
-    let fin = soup(
-        &[
-            [0., 0., 0.],
-            [1., 0., 0.],
-            [0., 1., 0.],
-            [0., -1., 0.2],
-            [0.2, 0., 1.],
-        ],
-        &[&[0, 1, 2], &[1, 0, 3], &[0, 1, 4]],
-    );
-    let defects = Defects::find(&fin);
+    let defects = Defects::find(&fin());
     assert_eq!(defects.non_manifold_edges.all(), [[0, 1]]);
     assert!(defects.non_manifold_vertices.is_empty());
     let bow_tie = soup(
@@ -144,12 +122,7 @@ fn a_cube_turned_inside_out_and_a_tiny_one_are_noted() {
     for triangle in &mut both.triangles[12..] {
         triangle.swap(0, 1);
     }
-    let soup = PolygonSoup {
-        positions: both.positions,
-        polygons: both.triangles.iter().map(|t| &t[..]).collect(),
-        ..PolygonSoup::default()
-    };
-    let defects = Defects::find(&soup);
+    let defects = Defects::find(&soup_of(&both));
     assert_eq!(defects.components, 2);
     assert_eq!(defects.inside_out.all(), [12]);
     assert_eq!(defects.tiny_components.all(), [12]);

@@ -3,7 +3,7 @@ use std::fmt::{self, Display};
 use serde::Serialize;
 
 use crate::mesh::ElementList;
-use crate::mesh::defects::sentence;
+use crate::mesh::sentence::{Sentence, of_components, of_edges, of_polygons, of_vertices};
 
 /// What [`repair`](super::repair) changed, by element.
 ///
@@ -101,8 +101,18 @@ impl RepairChanges {
             1 => Some("1 polygon cut into triangles".into()),
             count => Some(format!("{count} polygons cut into triangles")),
         };
-        let rows = [
-            triangulated,
+        let rows = self
+            .cleaning()
+            .into_iter()
+            .chain(self.topology())
+            .chain(self.orientation())
+            .chain(self.degenerate());
+        let sentences = rows.flatten().map(|sentence| sentence.text);
+        triangulated.into_iter().chain(sentences).collect()
+    }
+
+    fn cleaning(&self) -> [Option<Sentence>; 5] {
+        [
             of_vertices(
                 &self.unused_vertices_dropped,
                 "unused vertex dropped|unused vertices dropped",
@@ -123,6 +133,11 @@ impl RepairChanges {
                 &self.vertices_welded,
                 "vertex welded to an earlier one at the same position|vertices welded to earlier ones at the same positions",
             ),
+        ]
+    }
+
+    fn topology(&self) -> [Option<Sentence>; 5] {
+        [
             of_edges(
                 &self.seams_left_open,
                 "pair of boundary edges at the same place left open as a cut|pairs of boundary edges at the same places left open as cuts",
@@ -143,6 +158,11 @@ impl RepairChanges {
                 &self.edges_cut,
                 "edge of a non-orientable piece cut|edges of non-orientable pieces cut",
             ),
+        ]
+    }
+
+    fn orientation(&self) -> [Option<Sentence>; 3] {
+        [
             of_polygons(
                 &self.polygons_turned,
                 "polygon turned to agree with its neighbours|polygons turned to agree with their neighbours",
@@ -155,6 +175,11 @@ impl RepairChanges {
                 &self.cavities,
                 "closed component inside another left facing inward, as a cavity|closed components inside others left facing inward, as cavities",
             ),
+        ]
+    }
+
+    fn degenerate(&self) -> [Option<Sentence>; 4] {
+        [
             of_edges(
                 &self.edges_collapsed,
                 "edge without length collapsed|edges without length collapsed",
@@ -171,8 +196,7 @@ impl RepairChanges {
                 &self.zero_area_left,
                 "polygon without area left in place|polygons without area left in place",
             ),
-        ];
-        rows.into_iter().flatten().collect()
+        ]
     }
 }
 
@@ -180,20 +204,4 @@ impl Display for RepairChanges {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.write_str(&self.sentences().join("\n"))
     }
-}
-
-fn of_vertices(elements: &ElementList<u32>, nouns: &str) -> Option<String> {
-    sentence(elements, nouns, "vertex")
-}
-
-fn of_polygons(elements: &ElementList<u32>, nouns: &str) -> Option<String> {
-    sentence(elements, nouns, "polygon")
-}
-
-fn of_components(elements: &ElementList<u32>, nouns: &str) -> Option<String> {
-    sentence(elements, nouns, "from polygon")
-}
-
-fn of_edges(elements: &ElementList<[u32; 2]>, nouns: &str) -> Option<String> {
-    sentence(elements, nouns, "between vertices")
 }

@@ -5,7 +5,7 @@ use super::{RepairChanges, RepairError};
 use crate::mesh::HalfedgeId;
 use crate::mesh::faces::{Faces, TriangleFaces};
 use crate::mesh::gluing::{EdgeUses, NONE, Patches, glue};
-use crate::mesh::measures::{face_shape, length};
+use crate::mesh::measures::{face_shape, largest_of, length};
 use crate::tolerance;
 use crate::watch::Watch;
 
@@ -140,16 +140,7 @@ impl<'a> Surgery<'a> {
             let [from, to] = self.ends(side).map(|v| self.draft.positions[v as usize]);
             length(to - from)
         });
-        let pick = |better: fn(f64, f64) -> bool| {
-            (1..3).fold(0, |best, side| {
-                if better(lengths[side], lengths[best]) {
-                    side
-                } else {
-                    best
-                }
-            })
-        };
-        let [longest, shortest] = [pick(|a, b| a > b), pick(|a, b| a < b)];
+        let [longest, shortest] = [lengths, lengths.map(|length| -length)].map(largest_of);
         if lengths[shortest] <= tolerance::NO_AREA_HEIGHT * lengths[longest] {
             return self.collapse(sides[shortest]);
         }

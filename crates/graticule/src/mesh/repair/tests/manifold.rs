@@ -51,17 +51,7 @@ fn a_fin_is_cut_off_and_the_sheet_stays_whole() {
 
 #[test]
 fn three_faces_at_an_edge_become_manifold() {
-    let fan = soup(
-        &[
-            [0., 0., 0.],
-            [1., 0., 0.],
-            [0., 1., 0.],
-            [0., -1., 0.2],
-            [0.2, 0., 1.],
-        ],
-        &[&[0, 1, 2], &[1, 0, 3], &[0, 1, 4]],
-    );
-    let repaired = repaired(&fan);
+    let repaired = repaired(&fin());
     assert_eq!(repaired.surface.mesh().face_count(), 3);
     assert_eq!(repaired.changes.edges_split.all(), [[0, 1]]);
     assert_eq!(repaired.changes.vertices_split.all(), [0, 1]);

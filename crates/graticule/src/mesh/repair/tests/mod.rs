@@ -9,26 +9,11 @@ mod random;
 mod welding;
 
 use glam::DVec3;
-use graticule_fixtures::Fixture;
+use graticule_fixtures::{CUBE_QUADS, Fixture, cube};
 
 use super::*;
+use crate::mesh::test_soups::{fin, soup, soup_of};
 use crate::mesh::{NO_VALUE, Polygons, Topology};
-
-fn soup(positions: &[[f64; 3]], polygons: &[&[u32]]) -> PolygonSoup {
-    PolygonSoup {
-        positions: positions.iter().map(|&p| DVec3::from_array(p)).collect(),
-        polygons: polygons.iter().copied().collect(),
-        ..PolygonSoup::default()
-    }
-}
-
-fn soup_of(fixture: &Fixture) -> PolygonSoup {
-    PolygonSoup {
-        positions: fixture.positions.clone(),
-        polygons: fixture.triangles.iter().map(|t| &t[..]).collect(),
-        ..PolygonSoup::default()
-    }
-}
 
 /// Every triangle with vertices of its own.
 fn unwelded(fixture: &Fixture) -> Fixture {
@@ -121,28 +106,15 @@ fn components(repaired: &Repaired) -> usize {
     Topology::of(repaired.surface.mesh()).components.len()
 }
 
-/// The faces of a cube whose corner `n` lies at the coordinates that are the bits of `n`.
-const CUBE_QUADS: [[u32; 4]; 6] = [
-    [0, 2, 3, 1],
-    [4, 5, 7, 6],
-    [0, 1, 5, 4],
-    [2, 6, 7, 3],
-    [0, 4, 6, 2],
-    [1, 3, 7, 5],
-];
-
-fn cube_corner(corner: u32) -> DVec3 {
-    let bit = |place: u32| f64::from((corner >> place) & 1);
-    DVec3::new(bit(0), bit(1), bit(2))
-}
-
 /// Cubes at several places whose coinciding corners are one vertex.
 fn joined_cubes(places: &[DVec3]) -> PolygonSoup {
     let mut result = PolygonSoup::default();
     for &place in places {
-        let numbers: Vec<u32> = (0..8)
+        let numbers: Vec<u32> = cube()
+            .positions
+            .iter()
             .map(|corner| {
-                let position = cube_corner(corner) + place;
+                let position = corner + place;
                 let known = result.positions.iter().position(|&p| p == position);
                 known.unwrap_or_else(|| {
                     result.positions.push(position);

@@ -1,0 +1,209 @@
+//! A whole surface laid flat without flips: `--injective`, `--no-overlap`, `--cut`.
+
+use glam::DVec2;
+use graticule::flatten::{Atlas, AtlasOptions, lay_flat};
+use graticule::geometry::dihedral_angles;
+use graticule::measure::measure_map;
+use graticule::mesh::{
+    ComponentId, EdgeId, HalfedgeId, NO_VALUE, PerCorner, PolygonSoup, Repaired, Surface, Topology,
+    TriangleMesh, VertexId, extract_component,
+};
+use serde_json::{Value, json};
+
+use super::Judged;
+use super::atlas_options::{AtlasArguments, SeamArgument};
+use super::options::{Options, Scale};
+use crate::failure::Failure;
+use crate::mesh_input::Input;
+use crate::outcome::Outcome;
+use crate::report::to_value;
+use crate::session::Session;
+use crate::uvs;
+
+/// Cuts, flattens, packs, measures; puts all into the outcome.
+pub(super) fn run(
+    options: &Options,
+    input: Input,
+    repaired: &Repaired,
+    outcome: &mut Outcome,
+    session: &Session,
+) -> Result<Option<graticule_draw::Picture>, Failure> {
+    let part = Part::choose(repaired, options.component)?;
+    let atlas = {
+        let _stage = session.watch.stage("flatten");
+        let options = atlas_options(&options.atlas, &input.soup, repaired, &part, session)?;
+        lay_flat(&part.surface, &options, &session.watch)?
+    };
+    let scale = match options.scale() {
+        Scale::UnitSquare => 1.0 / atlas.side,
+        Scale::AsMade => 1.0,
+    };
+    let places: Vec<DVec2> = atlas.places.iter().map(|&place| place * scale).collect();
+    outcome.report.result = to_report(&atlas, &part)?;
+    let corners = atlas.corners.map(|&place| places[place as usize]);
+    let judged = Judged {
+        measure: measure_map(&part.surface, &corners, &session.watch)?,
+        surface: &part.surface,
+        corners,
+    };
+    judged.tell(outcome)?;
+    let picture = match session.common.picture {
+        Some(_) => Some(judged.draw(session)?),
+        None => None,
+    };
+    let whole = part.on_whole(repaired, &atlas.corners);
+    outcome.mesh = Some(uvs::put_at_corners(input.soup, repaired, places, &whole));
+    Ok(picture)
+}
+
+/// The surface to be laid flat: all components, or one.
+struct Part {
+    surface: Surface,
+    /// The corner of the whole for each corner.
+    corner_sources: PerCorner<HalfedgeId>,
+}
+
+impl Part {
+    fn choose(repaired: &Repaired, component: Option<u32>) -> Result<Self, Failure> {
+        let whole = &repaired.surface;
+        let Some(component) = component else {
+            return Ok(Self {
+                surface: whole.clone(),
+                corner_sources: PerCorner::new(whole.mesh().halfedges().collect()),
+            });
+        };
+        let topology = Topology::of(whole.mesh());
+        let count = topology.components.len();
+        if component as usize >= count {
+            return Err(Failure::new(
+                format!("there is no component {component}: the surface has {count}, from 0 on"),
+                "'graticule info' lists the components",
+            ));
+        }
+        let part = extract_component(whole, &topology, ComponentId(component))?;
+        Ok(Self {
+            surface: part.surface,
+            corner_sources: part.corner_sources,
+        })
+    }
+
+    /// The edges of the part among those that `wanted` says of the whole, by a side of each.
+    fn edges(&self, wanted: impl Fn(HalfedgeId) -> bool) -> Vec<EdgeId> {
+        let mesh = self.surface.mesh();
+        let side = |edge: EdgeId| self.corner_sources[mesh.edge_halfedge(edge)];
+        mesh.edges().filter(|&edge| wanted(side(edge))).collect()
+    }
+
+    /// Values of the part's corners at those of the whole.
+    fn on_whole(&self, repaired: &Repaired, values: &PerCorner<u32>) -> PerCorner<u32> {
+        let count = repaired.surface.mesh().halfedge_count();
+        let mut whole = PerCorner::filled(count, NO_VALUE);
+        for (corner, &source) in self.corner_sources.enumerate() {
+            whole[source] = values[corner];
+        }
+        whole
+    }
+}
+
+fn atlas_options(
+    arguments: &AtlasArguments,
+    soup: &PolygonSoup,
+    repaired: &Repaired,
+    part: &Part,
+    session: &Session,
+) -> Result<AtlasOptions, Failure> {
+    let mesh = repaired.surface.mesh();
+    let mut is_seam = vec![false; mesh.edge_count()];
+    for kind in &arguments.seam {
+        let edges = match kind {
+            SeamArgument::Lines => line_edges(soup, repaired, session),
+            SeamArgument::Uv => uv_seams(soup, repaired)?,
+        };
+        edges
+            .into_iter()
+            .for_each(|edge| is_seam[edge.0 as usize] = true);
+    }
+    if let Some(degrees) = arguments.seam_angle {
+        let angles = dihedral_angles(&repaired.surface);
+        let sharp = |edge: &EdgeId| angles[*edge].abs() > degrees.to_radians();
+        mesh.edges()
+            .filter(sharp)
+            .for_each(|edge| is_seam[edge.0 as usize] = true);
+    }
+    let polygons = &repaired.face_polygons;
+    let is_diagonal = |side: HalfedgeId| {
+        let twin = mesh.twin(side);
+        twin.is_some_and(|twin| polygons[side.face()] == polygons[twin.face()])
+    };
+    Ok(AtlasOptions {
+        seam: part.edges(|side| is_seam[mesh.edge(side).0 as usize] && !is_diagonal(side)),
+        uncut: part.edges(is_diagonal),
+        cut: arguments.cut(),
+        injective: arguments.injective(),
+        packing: arguments.packing(),
+    })
+}
+
+/// The edges along the file's lines.
+fn line_edges(soup: &PolygonSoup, repaired: &Repaired, session: &Session) -> Vec<EdgeId> {
+    let mesh = repaired.surface.mesh();
+    let vertices = repaired.mesh_vertices(soup);
+    let steps = soup.polylines.iter().flat_map(|line| line.windows(2));
+    let mut missed = 0;
+    let edges = steps.filter_map(|step| {
+        let ends = [step[0], step[1]].map(|vertex| vertices.get(vertex as usize).copied());
+        let edge = match ends {
+            [Some(from), Some(to)] if from != NO_VALUE && to != NO_VALUE => {
+                edge_between(mesh, VertexId(from), VertexId(to))
+            }
+            _ => None,
+        };
+        missed += usize::from(edge.is_none());
+        edge
+    });
+    let edges = edges.collect();
+    if missed > 0 {
+        let message = format!("{missed} segments of the file's lines run along no edge");
+        session.watch.warn("lines-off-edges", message);
+    }
+    edges
+}
+
+fn edge_between(mesh: &TriangleMesh, from: VertexId, to: VertexId) -> Option<EdgeId> {
+    let sides = mesh.outgoing(from).flat_map(|side| [side, side.previous()]);
+    let mut edges = sides.filter(|&side| mesh.ends(side).contains(&to));
+    edges.next().map(|side| mesh.edge(side))
+}
+
+/// The edges at which the file's own texture coordinates differ from side to side.
+fn uv_seams(soup: &PolygonSoup, repaired: &Repaired) -> Result<Vec<EdgeId>, Failure> {
+    let Some(set) = soup.attributes.uv_sets.first() else {
+        return Err(Failure::new(
+            "the mesh has no texture coordinates to take seams from",
+            "leave --seam uv out",
+        ));
+    };
+    let uv = uvs::of_surface(repaired, set);
+    let mesh = repaired.surface.mesh();
+    let differs = |edge: &EdgeId| {
+        let side = mesh.edge_halfedge(*edge);
+        let twin = mesh.twin(side);
+        twin.is_some_and(|twin| uv[side] != uv[twin.next()] || uv[side.next()] != uv[twin])
+    };
+    Ok(mesh.edges().filter(differs).collect())
+}
+
+fn to_report(atlas: &Atlas, part: &Part) -> Result<Value, Failure> {
+    let area: f64 =
+        graticule::geometry::total_area(&graticule::geometry::face_shapes(&part.surface));
+    Ok(json!({
+        "method": "injective",
+        "vertices": atlas.places.len(),
+        "islands": to_value(&atlas.islands)?,
+        "seam": {
+            "edges": atlas.seam.len(),
+            "length": atlas.seam_length,
+            "length_over_root_of_area": atlas.seam_length / area.sqrt(),
+        },
+    }))
+}

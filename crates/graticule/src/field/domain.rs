@@ -1,0 +1,75 @@
+use super::{CrossField, Singularities};
+use crate::geometry::{
+    EdgeLengths, GeometryError, IntrinsicTriangulation, intrinsic_delaunay, transport_angles,
+};
+use crate::mesh::{PerCorner, Surface};
+use crate::watch::Watch;
+
+/// A surface with what every step of making a field on it needs; the steps are its methods.
+///
+/// Features, curvature and singularities are those of the surface's own triangles; smoothing and
+/// curl correction use the intrinsic Delaunay triangulation, where no weight is negative. The two
+/// have the same tangent planes, so that an angle means the same in both.
+#[derive(Clone, Debug)]
+pub struct FieldDomain<'a> {
+    surface: &'a Surface,
+    triangulation: IntrinsicTriangulation,
+    delaunay: IntrinsicTriangulation,
+    transports: PerCorner<f64>,
+    mean_edge_length: f64,
+}
+
+impl<'a> FieldDomain<'a> {
+    /// Makes both triangulations. Lengths given to the steps count in the unit of `surface`, which
+    /// should be of about unit size.
+    ///
+    /// # Errors
+    /// [`GeometryError`].
+    pub fn of(surface: &'a Surface, watch: &Watch) -> Result<Self, GeometryError> {
+        let _stage = watch.stage("triangulation");
+        let (delaunay, _) = intrinsic_delaunay(surface, watch)?;
+        let triangulation = IntrinsicTriangulation::of(surface)?;
+        Ok(Self {
+            surface,
+            transports: transport_angles(&triangulation),
+            triangulation,
+            delaunay,
+            mean_edge_length: EdgeLengths::of(surface).mean(),
+        })
+    }
+
+    /// The surface.
+    #[must_use]
+    pub fn surface(&self) -> &'a Surface {
+        self.surface
+    }
+
+    /// The triangles of the surface.
+    #[must_use]
+    pub fn triangulation(&self) -> &IntrinsicTriangulation {
+        &self.triangulation
+    }
+
+    /// The intrinsic Delaunay triangulation of the same surface.
+    #[must_use]
+    pub fn delaunay(&self) -> &IntrinsicTriangulation {
+        &self.delaunay
+    }
+
+    /// The mean length of the surface's edges.
+    #[must_use]
+    pub fn mean_edge_length(&self) -> f64 {
+        self.mean_edge_length
+    }
+
+    /// Where a field is singular in the triangles of the surface.
+    #[must_use]
+    pub fn singularities(&self, field: &CrossField) -> Singularities {
+        Singularities::of(field, self.surface.mesh(), &self.triangulation)
+    }
+
+    /// Parallel transport along the halfedges of the surface.
+    pub(super) fn transports(&self) -> &PerCorner<f64> {
+        &self.transports
+    }
+}

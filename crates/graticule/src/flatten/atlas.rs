@@ -1,0 +1,262 @@
+//! A whole surface laid flat: cut into patches, each laid down without flips, all packed.
+
+use glam::DVec2;
+use serde::Serialize;
+
+use super::injective::{InjectiveMap, InjectiveOptions, injective_map};
+use super::packing::{IslandShape, Packing, PackingOptions, pack};
+use super::seam_search::{SeamOptions, find_seam};
+use super::{Descent, FlattenError, NotAPatch, Patch};
+use crate::geometry::normalized;
+use crate::mesh::{
+    ComponentId, EdgeId, Element, HalfedgeId, PerCorner, PerEdge, Submesh, Surface, Topology,
+    cut_along, extract_component,
+};
+use crate::watch::Watch;
+
+/// How a whole surface is laid flat.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AtlasOptions {
+    /// Edges to cut along in any case.
+    pub seam: Vec<EdgeId>,
+    /// How pieces that are no patches, or would be distorted much, are cut further; `None` refuses
+    /// the former and leaves the latter.
+    pub cut: Option<SeamOptions>,
+    /// Edges along which no further cut may run, such as diagonals of polygons.
+    pub uncut: Vec<EdgeId>,
+    /// How each patch is laid down.
+    pub injective: InjectiveOptions,
+    /// How the patches are packed.
+    pub packing: PackingOptions,
+}
+
+/// A surface laid flat, at one scale: each patch at that at which its energy is least, which is near
+/// that of the surface.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Atlas {
+    /// Points of the plane, from the origin upwards and to the right, in the surface's unit.
+    pub places: Vec<DVec2>,
+    /// The point of each corner.
+    pub corners: PerCorner<u32>,
+    /// The edges inside the surface that were cut, ascending.
+    pub seam: Vec<EdgeId>,
+    /// Their length in space.
+    pub seam_length: f64,
+    /// The islands, in the order of their smallest triangle.
+    pub islands: Vec<AtlasIsland>,
+    /// The side of the square from the origin that holds all.
+    pub side: f64,
+}
+
+/// A patch of an atlas.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct AtlasIsland {
+    /// Triangles.
+    pub faces: usize,
+    /// Vertices, those along the seam as often as it doubles them.
+    pub vertices: usize,
+    /// Boundary loops: one, and one for each hole.
+    pub boundary_loops: usize,
+    /// Mean energy by area; `None` where the patch has no area and was laid into one point.
+    pub energy: Option<f64>,
+    /// How the map was found.
+    pub descent: Descent,
+}
+
+impl Atlas {
+    /// The point of each corner.
+    #[must_use]
+    pub fn corner_uv(&self) -> PerCorner<DVec2> {
+        self.corners.map(|&place| self.places[place as usize])
+    }
+}
+
+/// Cuts, flattens and packs a surface of any number of components.
+///
+/// # Errors
+/// [`FlattenError::Component`] names a component that is no patch and may not be cut.
+pub fn lay_flat(
+    surface: &Surface,
+    options: &AtlasOptions,
+    watch: &Watch,
+) -> Result<Atlas, FlattenError> {
+    let cut = cut_along(surface, options.seam.iter().copied())?.surface;
+    let topology = Topology::of(cut.mesh());
+    let mut draft = Draft {
+        is_seam: PerEdge::filled(surface.mesh().edge_count(), false),
+        uncut: PerEdge::filled(surface.mesh().edge_count(), false),
+        corners: PerCorner::filled(surface.mesh().halfedge_count(), 0),
+        surface,
+        options,
+        charts: Vec::new(),
+    };
+    for &edge in &options.seam {
+        draft.is_seam[edge] = !surface.mesh().is_boundary_edge(edge);
+    }
+    for &edge in &options.uncut {
+        draft.uncut[edge] = true;
+    }
+    for component in (0..topology.components.len()).map(ComponentId::from_index) {
+        watch.check()?;
+        draft.add(&cut, &topology, component, watch)?;
+    }
+    draft.finish(watch)
+}
+
+/// A patch laid down, not yet packed.
+struct Chart {
+    places: Vec<DVec2>,
+    triangles: Vec<[u32; 3]>,
+    island: AtlasIsland,
+}
+
+struct Draft<'a> {
+    surface: &'a Surface,
+    options: &'a AtlasOptions,
+    is_seam: PerEdge<bool>,
+    uncut: PerEdge<bool>,
+    charts: Vec<Chart>,
+    /// The place of each corner among those of all charts.
+    corners: PerCorner<u32>,
+}
+
+impl Draft<'_> {
+    /// Lays one component down.
+    fn add(
+        &mut self,
+        cut: &Surface,
+        topology: &Topology,
+        component: ComponentId,
+        watch: &Watch,
+    ) -> Result<(), FlattenError> {
+        let Ok(part) = extract_component(cut, topology, component) else {
+            self.add_point(topology, component, watch);
+            return Ok(());
+        };
+        let opened = self.opened(&part, watch)?;
+        let chart = match Patch::new(opened, watch) {
+            Ok(patch) => chart(&patch, &self.options.injective, watch)?,
+            Err(NotAPatch::NoArea) => {
+                self.add_point(topology, component, watch);
+                return Ok(());
+            }
+            Err(reason) => {
+                return Err(FlattenError::Component { component, reason });
+            }
+        };
+        let first = self.place_count();
+        for (face, triangle) in chart.triangles.iter().enumerate() {
+            for (side, vertex) in triangle.iter().enumerate() {
+                let corner = HalfedgeId::from_index(3 * face + side);
+                self.corners[part.corner_sources[corner]] = first + vertex;
+            }
+        }
+        self.charts.push(chart);
+        Ok(())
+    }
+
+    /// The component cut open as far as the options allow; its triangles keep their numbers.
+    fn opened(&mut self, part: &Submesh, watch: &Watch) -> Result<Surface, FlattenError> {
+        let Some(options) = &self.options.cut else {
+            return Ok(part.surface.clone());
+        };
+        let (mesh, whole) = (part.surface.mesh(), self.surface.mesh());
+        let source = |edge: EdgeId| whole.edge(part.corner_sources[mesh.edge_halfedge(edge)]);
+        let may_cut = PerEdge::from_fn(mesh.edge_count(), |edge| !self.uncut[source(edge)]);
+        let seam = find_seam(&normalized(&part.surface).0, &may_cut, options, watch)?;
+        for &edge in &seam.edges {
+            self.is_seam[source(edge)] = true;
+        }
+        Ok(cut_along(&part.surface, seam.edges)?.surface)
+    }
+
+    /// Lays a component without area into one point.
+    fn add_point(&mut self, topology: &Topology, component: ComponentId, watch: &Watch) {
+        let message = format!("{component} has no area: it is laid into one point");
+        watch.warn("component-without-area", message);
+        let first = self.place_count();
+        let faces = topology
+            .face_components
+            .enumerate()
+            .filter(|&(_, c)| *c == component);
+        for corner in faces.flat_map(|(face, _)| face.halfedges()) {
+            self.corners[corner] = first;
+        }
+        let counts = &topology.components[component];
+        self.charts.push(Chart {
+            places: vec![DVec2::ZERO],
+            triangles: Vec::new(),
+            island: AtlasIsland {
+                faces: counts.faces,
+                vertices: counts.vertices,
+                boundary_loops: counts.boundary_loops,
+                energy: None,
+                descent: Descent::default(),
+            },
+        });
+    }
+
+    fn place_count(&self) -> u32 {
+        self.charts
+            .iter()
+            .map(|chart| chart.places.len() as u32)
+            .sum()
+    }
+
+    fn finish(self, watch: &Watch) -> Result<Atlas, FlattenError> {
+        let shapes: Vec<_> = self
+            .charts
+            .iter()
+            .map(|chart| IslandShape {
+                places: &chart.places,
+                triangles: &chart.triangles,
+            })
+            .collect();
+        let Packing { motions, side } = pack(&shapes, &self.options.packing, watch)?;
+        let moved = self.charts.iter().zip(motions);
+        let places = moved
+            .flat_map(|(chart, motion)| chart.places.iter().map(move |&place| motion.apply(place)));
+        let mesh = self.surface.mesh();
+        let seam: Vec<EdgeId> = mesh.edges().filter(|&edge| self.is_seam[edge]).collect();
+        let length = |&edge: &EdgeId| {
+            self.surface
+                .halfedge_vector(mesh.edge_halfedge(edge))
+                .length()
+        };
+        Ok(Atlas {
+            places: places.collect(),
+            corners: self.corners,
+            // From 0: the sum of nothing would be -0.
+            seam_length: seam
+                .iter()
+                .map(length)
+                .fold(0.0, |sum, length| sum + length),
+            seam,
+            islands: self.charts.into_iter().map(|chart| chart.island).collect(),
+            side,
+        })
+    }
+}
+
+fn chart(patch: &Patch, options: &InjectiveOptions, watch: &Watch) -> Result<Chart, FlattenError> {
+    let InjectiveMap {
+        map,
+        energy,
+        descent,
+    } = injective_map(patch, options, watch)?;
+    let mesh = patch.mesh();
+    Ok(Chart {
+        places: map.uv.into_vec(),
+        triangles: mesh
+            .faces()
+            .map(|face| mesh.triangle(face).map(|v| v.0))
+            .collect(),
+        island: AtlasIsland {
+            faces: mesh.face_count(),
+            vertices: mesh.vertex_count(),
+            boundary_loops: mesh.boundary_loop_count(),
+            energy: Some(energy),
+            descent,
+        },
+    })
+}

@@ -1,0 +1,208 @@
+//! Projected Newton descent that never leaves the admissible maps.
+
+use glam::DVec2;
+use serde::Serialize;
+
+use super::objective::Objective;
+use super::system::{Direction, NewtonSystem};
+use crate::solve::SolveError;
+use crate::tolerance::{SHARE_TO_COLLAPSE, SUFFICIENT_DECREASE};
+use crate::watch::Watch;
+
+/// Halvings of a step after which there is no way down to rounding.
+const MOST_HALVINGS: usize = 40;
+
+/// When to stop.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Goal {
+    /// Half the Newton decrement over the energy: the share of the energy that the next step
+    /// would gain.
+    pub(super) gain: f64,
+    pub(super) iterations: usize,
+}
+
+/// One step of a descent.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct NewtonStep {
+    /// The energy before the step: the mean over the surface.
+    pub energy: f64,
+    /// The largest derivative of the energy by the place of a vertex, in unit lengths.
+    pub gradient: f64,
+    /// The share of the energy that a full Newton step gains by its quadratic model.
+    pub expected_gain: f64,
+    /// The share of the Newton step that was made; 0 for the last one.
+    pub step: f64,
+}
+
+/// What a descent did.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Descent {
+    /// Whether the expected gain fell below the goal, or nothing but rounding was left to gain.
+    pub converged: bool,
+    /// The steps.
+    pub history: Vec<NewtonStep>,
+    /// Largest relative residual of a linear system.
+    pub residual: f64,
+}
+
+/// Moves `places`, which must be admissible, down to a minimum of the objective.
+///
+/// Far from it the Hessian is made positive triangle by triangle, which is safe but stiff: steps
+/// are shorter than they could be. Near it the Hessian as it is, or with part of its negative
+/// curvatures, is positive as a whole, and the steps are Newton's own; that is tried from time to
+/// time.
+pub(super) fn descend(
+    objective: &impl Objective,
+    system: &mut NewtonSystem,
+    places: &mut Vec<DVec2>,
+    goal: Goal,
+    watch: &Watch,
+) -> Result<Descent, SolveError> {
+    let mut descent = Descent::default();
+    let mut energy = objective.value(places);
+    let mut trust = Trust::default();
+    for iteration in 0..=goal.iterations {
+        watch.check()?;
+        watch.progress(iteration as f64 / goal.iterations.max(1) as f64);
+        let (direction, gradient) = trust.direction(objective, places, energy, system)?;
+        descent.residual = descent.residual.max(direction.residual);
+        let expected_gain = -0.5 * direction.slope / energy;
+        trust.last_gain = expected_gain;
+        descent.converged = expected_gain <= goal.gain;
+        let found = if descent.converged || iteration == goal.iterations {
+            None
+        } else {
+            let search = Search {
+                objective,
+                places,
+                direction: &direction.step,
+                slope: direction.slope,
+            };
+            let found = search.run(energy);
+            // Where no step lowers the energy, what is left is rounding.
+            descent.converged = found.is_none();
+            found
+        };
+        descent.history.push(NewtonStep {
+            energy,
+            gradient,
+            expected_gain,
+            step: found.as_ref().map_or(0.0, |found| found.step),
+        });
+        let Some(found) = found else {
+            break;
+        };
+        (*places, energy) = (found.places, found.energy);
+    }
+    Ok(descent)
+}
+
+/// Shares of the negative curvatures that are tried, before none.
+const KEPT: [f64; 2] = [1.0, 0.5];
+
+/// The expected gain below which negative curvatures are tried.
+const NEAR: f64 = 3e-3;
+
+/// By how much the expected gain must fall before what failed is tried again.
+const RETRIED: f64 = 0.2;
+
+/// Which Hessians are worth trying.
+struct Trust {
+    last_gain: f64,
+    /// The expected gain below which each share is tried.
+    bounds: [f64; KEPT.len()],
+}
+
+impl Default for Trust {
+    fn default() -> Self {
+        Self {
+            last_gain: f64::INFINITY,
+            bounds: [NEAR; KEPT.len()],
+        }
+    }
+}
+
+impl Trust {
+    /// The direction by the most exact Hessian that is positive, and the largest force.
+    fn direction(
+        &mut self,
+        objective: &impl Objective,
+        places: &[DVec2],
+        energy: f64,
+        system: &mut NewtonSystem,
+    ) -> Result<(Direction, f64), SolveError> {
+        for (&kept, bound) in KEPT.iter().zip(&mut self.bounds) {
+            if self.last_gain > *bound {
+                continue;
+            }
+            system.clear();
+            objective.expand_into(places, kept, system);
+            let gradient = system.largest_force();
+            let direction = system.exact_direction()?;
+            let far = NEAR * energy;
+            match direction.filter(|direction| -0.5 * direction.slope < far) {
+                Some(direction) => return Ok((direction, gradient)),
+                None => *bound = RETRIED * self.last_gain,
+            }
+        }
+        system.clear();
+        objective.expand_into(places, 0.0, system);
+        let gradient = system.largest_force();
+        Ok((system.direction()?, gradient))
+    }
+}
+
+/// A line search from an admissible map.
+struct Search<'a, O> {
+    objective: &'a O,
+    places: &'a [DVec2],
+    direction: &'a [DVec2],
+    slope: f64,
+}
+
+struct Found {
+    step: f64,
+    places: Vec<DVec2>,
+    energy: f64,
+}
+
+impl<O: Objective> Search<'_, O> {
+    /// The first of ever shorter steps that lowers the energy enough; of a full step its doubles,
+    /// as long as they lower it further.
+    fn run(&self, energy: f64) -> Option<Found> {
+        let most = SHARE_TO_COLLAPSE * self.objective.first_obstacle(self.places, self.direction);
+        let mut step = most.min(1.0);
+        for _ in 0..MOST_HALVINGS {
+            let found = self.at(step);
+            let enough = SUFFICIENT_DECREASE * step * self.slope;
+            if found.energy <= energy + enough && found.energy < energy {
+                return Some(self.stretched(found, most));
+            }
+            step *= 0.5;
+        }
+        None
+    }
+
+    fn stretched(&self, mut found: Found, most: f64) -> Found {
+        while found.step >= 1.0 && 2.0 * found.step <= most {
+            let longer = self.at(2.0 * found.step);
+            // Not `>=`: what is not a number is no progress.
+            let better = longer.energy < found.energy;
+            if !better {
+                break;
+            }
+            found = longer;
+        }
+        found
+    }
+
+    fn at(&self, step: f64) -> Found {
+        let pairs = self.places.iter().zip(self.direction);
+        let places: Vec<DVec2> = pairs.map(|(&p, &d)| p + d * step).collect();
+        Found {
+            energy: self.objective.value(&places),
+            step,
+            places,
+        }
+    }
+}
