@@ -200,7 +200,7 @@ pub fn constrained_natural_map(
 
 /// The points of constraints as rows over vertices, in unit lengths.
 struct Rows {
-    rows: Vec<Row>,
+    points: Vec<Row>,
     /// Numbers of the hard constraints.
     hard: Vec<usize>,
     unit_length: f64,
@@ -241,7 +241,7 @@ impl Rows {
         let hard = (0..rows.len()).filter(is_hard).collect();
         let unit_length = patch.unit_length();
         Ok(Self {
-            rows,
+            points: rows,
             hard,
             unit_length,
         })
@@ -249,19 +249,21 @@ impl Rows {
 
     /// The soft rows, their weights multiplied by `stiffness`.
     fn springs(&self, stiffness: f64) -> impl Iterator<Item = Spring<'_>> {
-        self.rows.iter().filter_map(move |row| match row.strength {
-            Strength::Soft(weight) => Some(Spring {
-                row,
-                stiffness: weight * stiffness,
-            }),
-            Strength::Hard => None,
-        })
+        self.points
+            .iter()
+            .filter_map(move |row| match row.strength {
+                Strength::Soft(weight) => Some(Spring {
+                    row,
+                    stiffness: weight * stiffness,
+                }),
+                Strength::Hard => None,
+            })
     }
 
     fn interleaved(&self) -> Interleaved {
         let (mut entries, mut targets) = (Vec::new(), Vec::new());
         for (place, &number) in self.hard.iter().enumerate() {
-            let row = &self.rows[number];
+            let row = &self.points[number];
             for axis in 0..2 {
                 let weights = row.weights.iter();
                 entries.extend(weights.map(|&(v, w)| (2 * place + axis, 2 * v + axis, w)));
@@ -273,7 +275,7 @@ impl Rows {
 
     /// Whether rotation and scale of a natural map are fixed.
     fn check_enough(&self, redundant: usize) -> Result<(), FlattenError> {
-        let different = self.rows.len() - redundant;
+        let different = self.points.len() - redundant;
         if different >= 2 {
             return Ok(());
         }
@@ -307,7 +309,7 @@ impl Rows {
         watch: &Watch,
     ) -> Result<ConstrainedMap, FlattenError> {
         draft.positions.truncate(patch.mesh().vertex_count());
-        let misses = self.rows.iter().map(|row| {
+        let misses = self.points.iter().map(|row| {
             let weights = row.weights.iter();
             let point: c64 = weights.map(|&(v, w)| draft.positions[v] * w).sum();
             (point - complex(row.place)).norm() * patch.unit_length()
@@ -434,7 +436,7 @@ impl FreeSystem {
     fn constrain(&mut self, rows: &Rows, place_of: &[Option<usize>]) {
         let mut targets = Vec::with_capacity(rows.hard.len());
         for (number, &hard) in rows.hard.iter().enumerate() {
-            let row = &rows.rows[hard];
+            let row = &rows.points[hard];
             let mut target = row.place;
             for &(vertex, weight) in &row.weights {
                 match place_of[vertex] {
