@@ -151,31 +151,11 @@ pub fn constrained_natural_map(
     let _stage = watch.stage("constrained natural map");
     let rows = Rows::new(patch, constraints)?;
     let domain = Domain::conformal(patch, triangulation, watch)?;
-    let entries = conformal_entries(&domain)?;
+    let (matrix, loads) = conformal_system(&domain, &rows)?;
     watch.check()?;
     let stage = watch.stage("order, factor and solve");
-    let order = 2 * domain.mesh.vertex_count();
-    let stiffness = mean_diagonal(order, entries.iter().copied());
-    let mut loads = vec![0.0; order];
-    let mut entries = entries;
-    for spring in rows.springs(stiffness) {
-        for axis in 0..2 {
-            let unknown = |vertex: usize| 2 * vertex + axis;
-            entries.extend(
-                spring
-                    .entries()
-                    .map(|(i, j, w)| (unknown(i), unknown(j), w)),
-            );
-            for (vertex, load) in spring.loads() {
-                loads[unknown(vertex)] += load[axis];
-            }
-        }
-    }
-    // Of a symmetric matrix each pair off the diagonal is given once.
-    let lower = entries.into_iter().filter(|(row, column, _)| row >= column);
-    let matrix = SymmetricMatrix::from_triplets(order, lower)?;
     let hard = rows.interleaved();
-    let border = SparseMatrix::from_triplets(2 * rows.hard.len(), order, hard.entries)?;
+    let border = SparseMatrix::from_triplets(2 * rows.hard.len(), matrix.order(), hard.entries)?;
     let placement = Placement::at(&domain.coordinates).with_block(2);
     let system = SaddleSystem::new(&matrix, &border, placement)?;
     let redundant = system.redundant();
@@ -496,6 +476,31 @@ impl FreeSystem {
 fn mean_diagonal(order: usize, entries: impl Iterator<Item = (usize, usize, f64)>) -> f64 {
     let diagonal = entries.filter(|(row, column, _)| row == column);
     diagonal.map(|entry| entry.2).sum::<f64>() / order.max(1) as f64
+}
+
+/// The matrix of the conformal energy with the springs, and what stands on the right; coordinates
+/// interleaved.
+fn conformal_system(
+    domain: &Domain,
+    rows: &Rows,
+) -> Result<(SymmetricMatrix, Vec<f64>), FlattenError> {
+    let order = 2 * domain.mesh.vertex_count();
+    let mut entries = conformal_entries(domain)?;
+    let mut loads = vec![0.0; order];
+    let stiffness = mean_diagonal(order, entries.iter().copied());
+    for spring in rows.springs(stiffness) {
+        for axis in 0..2 {
+            let unknown = |vertex: usize| 2 * vertex + axis;
+            let own = spring.entries();
+            entries.extend(own.map(|(i, j, weight)| (unknown(i), unknown(j), weight)));
+            for (vertex, load) in spring.loads() {
+                loads[unknown(vertex)] += load[axis];
+            }
+        }
+    }
+    // Of a symmetric matrix each pair off the diagonal is given once.
+    let lower = entries.into_iter().filter(|(row, column, _)| row >= column);
+    Ok((SymmetricMatrix::from_triplets(order, lower)?, loads))
 }
 
 /// The conformal energy as a quadratic form of the coordinates, interleaved: the cotangent

@@ -87,15 +87,7 @@ pub fn near_optimal_map(
     watch: &Watch,
 ) -> Result<NearOptimalMap, FlattenError> {
     let _stage = watch.stage("near-optimal map");
-    let base = |weights| -> Result<(FixedSystem, Extended), FlattenError> {
-        let options = FixedOptions {
-            weights,
-            holes: options.holes,
-        };
-        let system = FixedSystem::new(patch, boundary, &options, watch)?;
-        let extended = system.extended(&system.unit_places(boundary)?)?;
-        Ok((system, extended))
-    };
+    let base = |weights| base(patch, boundary, weights, options.holes, watch);
     let (system, conformal) = base(Weights::Cotangent)?;
     let (_, authalic) = base(Weights::Intrinsic(Mix::AUTHALIC))?;
     let line = Line {
@@ -133,6 +125,20 @@ pub fn near_optimal_map(
         bases: [line.conformal, line.authalic].map(|positions| in_own_unit(patch, positions)),
         scale,
     })
+}
+
+/// A map with fixed boundary and the system it comes from.
+fn base(
+    patch: &Patch,
+    boundary: &BoundaryPositions,
+    weights: Weights,
+    holes: Holes,
+    watch: &Watch,
+) -> Result<(FixedSystem, Extended), FlattenError> {
+    let options = FixedOptions { weights, holes };
+    let system = FixedSystem::new(patch, boundary, &options, watch)?;
+    let extended = system.extended(&system.unit_places(boundary)?)?;
+    Ok((system, extended))
 }
 
 /// Positions of the patch's vertices in its own unit of length.
