@@ -151,31 +151,11 @@ pub fn constrained_natural_map(
     let _stage = watch.stage("constrained natural map");
     let rows = Rows::new(patch, constraints)?;
     let domain = Domain::conformal(patch, triangulation, watch)?;
-    let entries = conformal_entries(&domain)?;
+    let (matrix, loads) = conformal_system(&domain, &rows)?;
     watch.check()?;
     let stage = watch.stage("order, factor and solve");
-    let order = 2 * domain.mesh.vertex_count();
-    let stiffness = mean_diagonal(order, entries.iter().copied());
-    let mut loads = vec![0.0; order];
-    let mut entries = entries;
-    for spring in rows.springs(stiffness) {
-        for axis in 0..2 {
-            let unknown = |vertex: usize| 2 * vertex + axis;
-            entries.extend(
-                spring
-                    .entries()
-                    .map(|(i, j, w)| (unknown(i), unknown(j), w)),
-            );
-            for (vertex, load) in spring.loads() {
-                loads[unknown(vertex)] += load[axis];
-            }
-        }
-    }
-    // Of a symmetric matrix each pair off the diagonal is given once.
-    let lower = entries.into_iter().filter(|(row, column, _)| row >= column);
-    let matrix = SymmetricMatrix::from_triplets(order, lower)?;
     let hard = rows.interleaved();
-    let border = SparseMatrix::from_triplets(2 * rows.hard.len(), order, hard.entries)?;
+    let border = SparseMatrix::from_triplets(2 * rows.hard.len(), matrix.order(), hard.entries)?;
     let placement = Placement::at(&domain.coordinates).with_block(2);
     let system = SaddleSystem::new(&matrix, &border, placement)?;
     let redundant = system.redundant();
@@ -200,7 +180,7 @@ pub fn constrained_natural_map(
 
 /// The points of constraints as rows over vertices, in unit lengths.
 struct Rows {
-    rows: Vec<Row>,
+    points: Vec<Row>,
     /// Numbers of the hard constraints.
     hard: Vec<usize>,
     unit_length: f64,
@@ -241,7 +221,7 @@ impl Rows {
         let hard = (0..rows.len()).filter(is_hard).collect();
         let unit_length = patch.unit_length();
         Ok(Self {
-            rows,
+            points: rows,
             hard,
             unit_length,
         })
@@ -249,19 +229,21 @@ impl Rows {
 
     /// The soft rows, their weights multiplied by `stiffness`.
     fn springs(&self, stiffness: f64) -> impl Iterator<Item = Spring<'_>> {
-        self.rows.iter().filter_map(move |row| match row.strength {
-            Strength::Soft(weight) => Some(Spring {
-                row,
-                stiffness: weight * stiffness,
-            }),
-            Strength::Hard => None,
-        })
+        self.points
+            .iter()
+            .filter_map(move |row| match row.strength {
+                Strength::Soft(weight) => Some(Spring {
+                    row,
+                    stiffness: weight * stiffness,
+                }),
+                Strength::Hard => None,
+            })
     }
 
     fn interleaved(&self) -> Interleaved {
         let (mut entries, mut targets) = (Vec::new(), Vec::new());
         for (place, &number) in self.hard.iter().enumerate() {
-            let row = &self.rows[number];
+            let row = &self.points[number];
             for axis in 0..2 {
                 let weights = row.weights.iter();
                 entries.extend(weights.map(|&(v, w)| (2 * place + axis, 2 * v + axis, w)));
@@ -273,7 +255,7 @@ impl Rows {
 
     /// Whether rotation and scale of a natural map are fixed.
     fn check_enough(&self, redundant: usize) -> Result<(), FlattenError> {
-        let different = self.rows.len() - redundant;
+        let different = self.points.len() - redundant;
         if different >= 2 {
             return Ok(());
         }
@@ -307,7 +289,7 @@ impl Rows {
         watch: &Watch,
     ) -> Result<ConstrainedMap, FlattenError> {
         draft.positions.truncate(patch.mesh().vertex_count());
-        let misses = self.rows.iter().map(|row| {
+        let misses = self.points.iter().map(|row| {
             let weights = row.weights.iter();
             let point: c64 = weights.map(|&(v, w)| draft.positions[v] * w).sum();
             (point - complex(row.place)).norm() * patch.unit_length()
@@ -434,7 +416,7 @@ impl FreeSystem {
     fn constrain(&mut self, rows: &Rows, place_of: &[Option<usize>]) {
         let mut targets = Vec::with_capacity(rows.hard.len());
         for (number, &hard) in rows.hard.iter().enumerate() {
-            let row = &rows.rows[hard];
+            let row = &rows.points[hard];
             let mut target = row.place;
             for &(vertex, weight) in &row.weights {
                 match place_of[vertex] {
@@ -494,6 +476,31 @@ impl FreeSystem {
 fn mean_diagonal(order: usize, entries: impl Iterator<Item = (usize, usize, f64)>) -> f64 {
     let diagonal = entries.filter(|(row, column, _)| row == column);
     diagonal.map(|entry| entry.2).sum::<f64>() / order.max(1) as f64
+}
+
+/// The matrix of the conformal energy with the springs, and what stands on the right; coordinates
+/// interleaved.
+fn conformal_system(
+    domain: &Domain,
+    rows: &Rows,
+) -> Result<(SymmetricMatrix, Vec<f64>), FlattenError> {
+    let order = 2 * domain.mesh.vertex_count();
+    let mut entries = conformal_entries(domain)?;
+    let mut loads = vec![0.0; order];
+    let stiffness = mean_diagonal(order, entries.iter().copied());
+    for spring in rows.springs(stiffness) {
+        for axis in 0..2 {
+            let unknown = |vertex: usize| 2 * vertex + axis;
+            let own = spring.entries();
+            entries.extend(own.map(|(i, j, weight)| (unknown(i), unknown(j), weight)));
+            for (vertex, load) in spring.loads() {
+                loads[unknown(vertex)] += load[axis];
+            }
+        }
+    }
+    // Of a symmetric matrix each pair off the diagonal is given once.
+    let lower = entries.into_iter().filter(|(row, column, _)| row >= column);
+    Ok((SymmetricMatrix::from_triplets(order, lower)?, loads))
 }
 
 /// The conformal energy as a quadratic form of the coordinates, interleaved: the cotangent

@@ -13,10 +13,9 @@ use crate::watch::Watch;
 use super::domain::Domain;
 use super::{FlattenError, Method};
 
-/// A mix λ E_A + μ E_χ of the two intrinsic energies ([DMA02] §3.4), up to a common factor.
+/// A mix `λ E_A + μ E_χ` of the two intrinsic energies ([DMA02] §3.4), up to a common factor.
 ///
-/// The conformal energy E_A has the coefficients `cot α + cot β` of Eq. 4, the authalic one E_χ
-/// those of Eq. 6 times the mean square of the edge lengths
+/// The conformal energy has the coefficients `cot α + cot β` of Eq. 4, the authalic one those of Eq. 6 times the mean square of the edge lengths
 /// ([`intrinsic_weights`]): both are numbers, and
 /// λ : μ means the same in every unit of length.
 ///

@@ -1,4 +1,4 @@
-//! Planar coordinates for a patch: [DMA02] §3.2, §4.1 and §4.2.
+//! Planar coordinates for a patch: [DMA02] §3 to §5.
 //!
 //! A [`Patch`] is a connected piece of surface of genus 0 with a boundary. A [`FlatMap`] gives each
 //! of its vertices a point in the plane.
@@ -8,10 +8,16 @@
 //! | [`fixed_map`], [`Weights::Uniform`], [`Weights::MeanValue`] | on a convex curve | yes, with holes closed |
 //! | [`fixed_map`], [`Weights::Cotangent`] | on a convex curve | if no weight is negative |
 //! | [`fixed_map`], [`Weights::DelaunayCotangent`] | on a circle | among the intrinsic triangles |
+//! | [`fixed_map`], [`Weights::Intrinsic`]: authalic, and every [`Mix`] | on a convex curve | if no weight is negative |
+//! | [`near_optimal_map`]: the best combination of two maps | on a curve | not promised |
+//! | [`boundary_optimal_map`] | moved until a [`Functional`] is least | no more than at the start |
 //! | [`natural_map`], [`spectral_map`] | free | not promised |
+//! | [`target_map`]: told boundary lengths or angles, cones | as told | not promised |
 //! | [`injective_map`] | free | yes |
 //!
-//! Every map tells its flips, counted exactly, whatever theory says.
+//! Every map tells its flips, counted exactly, whatever theory says. [`constrained_fixed_map`] and
+//! [`constrained_natural_map`] lay given points at given places; a [`BoundaryEditor`] moves boundary
+//! points by hand, the map following at once.
 //!
 //! ```
 //! use graticule::flatten::{BoundaryCurve, FixedOptions, Patch, boundary_on_curve, fixed_map};

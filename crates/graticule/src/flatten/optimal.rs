@@ -87,15 +87,7 @@ pub fn near_optimal_map(
     watch: &Watch,
 ) -> Result<NearOptimalMap, FlattenError> {
     let _stage = watch.stage("near-optimal map");
-    let base = |weights| -> Result<(FixedSystem, Extended), FlattenError> {
-        let options = FixedOptions {
-            weights,
-            holes: options.holes,
-        };
-        let system = FixedSystem::new(patch, boundary, &options, watch)?;
-        let extended = system.extended(&system.unit_places(boundary)?)?;
-        Ok((system, extended))
-    };
+    let base = |weights| base(patch, boundary, weights, options.holes, watch);
     let (system, conformal) = base(Weights::Cotangent)?;
     let (_, authalic) = base(Weights::Intrinsic(Mix::AUTHALIC))?;
     let line = Line {
@@ -133,6 +125,20 @@ pub fn near_optimal_map(
         bases: [line.conformal, line.authalic].map(|positions| in_own_unit(patch, positions)),
         scale,
     })
+}
+
+/// A map with fixed boundary and the system it comes from.
+fn base(
+    patch: &Patch,
+    boundary: &BoundaryPositions,
+    weights: Weights,
+    holes: Holes,
+    watch: &Watch,
+) -> Result<(FixedSystem, Extended), FlattenError> {
+    let options = FixedOptions { weights, holes };
+    let system = FixedSystem::new(patch, boundary, &options, watch)?;
+    let extended = system.extended(&system.unit_places(boundary)?)?;
+    Ok((system, extended))
 }
 
 /// Positions of the patch's vertices in its own unit of length.
@@ -188,7 +194,7 @@ fn scale_to_patch(patch: &Patch, positions: &[DVec2]) -> Result<f64, FlattenErro
     Ok(area.recip().sqrt())
 }
 
-/// [DMA02] §5.1: Σ (|u_i − u_j|² / |x_i − x_j|² − 1)² as a polynomial in λ, over the number of
+/// [DMA02] §5.1: `Σ (|u_i − u_j|² / |x_i − x_j|² − 1)²` as a polynomial in λ, over the number of
 /// edges.
 ///
 /// [DMA02]: crate::papers::DMA02
@@ -208,7 +214,7 @@ fn edge_length_quartic(measured: &Measured<'_>, line: Line<'_>, scale: f64) -> Q
     quartic
 }
 
-/// [DMA02] §5.1, areas, without the stray square: Σ (A_param / A_3D − 1)², over the number of
+/// [DMA02] §5.1, areas, without the stray square: `Σ (A_param / A_3D − 1)²`, over the number of
 /// triangles.
 ///
 /// [DMA02]: crate::papers::DMA02

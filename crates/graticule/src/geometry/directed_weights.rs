@@ -84,7 +84,7 @@ pub fn authalic_weights(
     })
 }
 
-/// The weights of a mix of both intrinsic energies, λ E_A + μ E_χ of [`DMA02`] §3.4:
+/// The weights of a mix of both intrinsic energies, `λ E_A + μ E_χ` of [`DMA02`] §3.4:
 /// `wᵢⱼ = λ (cot α + cot β) + μ ℓ² (cot γ + cot δ) / |ij|²`, α and β opposite to the edge, γ and δ
 /// at `j`.
 ///

@@ -228,8 +228,13 @@ impl Border {
 
     /// The right-hand sides of the whole system, if the targets agree with each other.
     fn right_sides(&self, loads: &[f64], targets: &[f64]) -> Result<Vec<f64>, SolveError> {
-        let columns = count_columns(loads, self.unknowns)?;
         let rows = self.independence.rows();
+        // Without unknowns the targets alone tell the number of columns, and are checked all the
+        // same.
+        let columns = match self.unknowns {
+            0 => count_columns(targets, rows)?,
+            unknowns => count_columns(loads, unknowns)?,
+        };
         SolveError::check_length("targets", targets.len(), columns * rows)?;
         count_columns(targets, rows)?;
         let mut right_sides = Vec::with_capacity(columns * self.order());

@@ -350,3 +350,26 @@ fn lines_from_vertices_and_between_neighbours_are_found() {
     let same = surface_line(&patch, at(8), at(8)).unwrap_err();
     assert!(matches!(same, FlattenError::NoLine { .. }));
 }
+
+#[test]
+fn a_patch_without_interior_has_nothing_left_to_constrain() {
+    let patch = patch(&grid(1.0, 1.0, 1, 1));
+    let boundary = own_boundary(&patch);
+    let place = INNER.barycentric;
+    let point = SurfacePoint {
+        face: FaceId(0),
+        barycentric: place,
+    };
+    let own = point.position(patch.surface()).truncate();
+    for weights in all_weights() {
+        let with_place = |place| {
+            let constraints = [PointConstraint::hard(point, place)];
+            let options = with(weights);
+            constrained_fixed_map(&patch, &boundary, &constraints, &options, &Watch::new())
+        };
+        assert_eq!(with_place(own).unwrap().redundant, [0]);
+        let refusal = with_place(own + DVec2::X).unwrap_err();
+        let contradicts = matches!(refusal, FlattenError::ContradictoryConstraint { .. });
+        assert!(contradicts, "{refusal}");
+    }
+}

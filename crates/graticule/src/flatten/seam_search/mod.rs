@@ -11,7 +11,7 @@ mod tips;
 
 use serde::Serialize;
 
-use self::paths::EdgeGraph;
+pub(super) use self::paths::EdgeGraph;
 use self::tips::Tips;
 use super::FlattenError;
 use crate::mesh::{EdgeId, PerEdge, PerVertex, Surface, Topology, VertexId};

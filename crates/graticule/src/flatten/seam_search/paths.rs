@@ -7,14 +7,14 @@ use crate::geometry::EdgeLengths;
 use crate::mesh::{EdgeId, HalfedgeId, PerEdge, PerVertex, Surface, TriangleMesh, VertexId};
 
 /// The edges of a surface with their lengths, those left out that may not be cut.
-pub(super) struct EdgeGraph<'a> {
+pub(in crate::flatten) struct EdgeGraph<'a> {
     mesh: &'a TriangleMesh,
     lengths: EdgeLengths,
     may_cut: &'a PerEdge<bool>,
 }
 
 impl<'a> EdgeGraph<'a> {
-    pub(super) fn new(surface: &'a Surface, may_cut: &'a PerEdge<bool>) -> Self {
+    pub(in crate::flatten) fn new(surface: &'a Surface, may_cut: &'a PerEdge<bool>) -> Self {
         Self {
             mesh: surface.mesh(),
             lengths: EdgeLengths::of(surface),
@@ -22,15 +22,15 @@ impl<'a> EdgeGraph<'a> {
         }
     }
 
-    pub(super) fn mesh(&self) -> &'a TriangleMesh {
+    pub(in crate::flatten) fn mesh(&self) -> &'a TriangleMesh {
         self.mesh
     }
 
-    pub(super) fn length(&self, edge: EdgeId) -> f64 {
+    pub(in crate::flatten) fn length(&self, edge: EdgeId) -> f64 {
         self.lengths[edge]
     }
 
-    pub(super) fn may_cut(&self, edge: EdgeId) -> bool {
+    pub(in crate::flatten) fn may_cut(&self, edge: EdgeId) -> bool {
         self.may_cut[edge]
     }
 
@@ -49,7 +49,10 @@ impl<'a> EdgeGraph<'a> {
 
     /// The shortest ways from the nearest of the vertices that `is_source` names to all others
     /// (Dijkstra). O(n log n). Edges of the boundary cost nothing: they are open already.
-    pub(super) fn shortest_paths(&self, is_source: impl Fn(VertexId) -> bool) -> Paths<'a> {
+    pub(in crate::flatten) fn shortest_paths(
+        &self,
+        is_source: impl Fn(VertexId) -> bool,
+    ) -> Paths<'a> {
         let count = self.mesh.vertex_count();
         let mut paths = Paths {
             mesh: self.mesh,
@@ -82,17 +85,20 @@ impl<'a> EdgeGraph<'a> {
 }
 
 /// Shortest paths from some vertices to all.
-pub(super) struct Paths<'a> {
+pub(in crate::flatten) struct Paths<'a> {
     mesh: &'a TriangleMesh,
     /// How far each vertex is.
-    pub(super) distances: PerVertex<f64>,
+    pub(in crate::flatten) distances: PerVertex<f64>,
     /// The edge by which each vertex is reached; none at the sources.
-    pub(super) last_edges: PerVertex<Option<EdgeId>>,
+    pub(in crate::flatten) last_edges: PerVertex<Option<EdgeId>>,
 }
 
 impl Paths<'_> {
     /// The edges from a vertex back to the source it is reached from.
-    pub(super) fn path_to(&self, vertex: VertexId) -> impl Iterator<Item = EdgeId> + '_ {
+    pub(in crate::flatten) fn path_to(
+        &self,
+        vertex: VertexId,
+    ) -> impl Iterator<Item = EdgeId> + '_ {
         let mut at = vertex;
         std::iter::from_fn(move || {
             let edge = self.last_edges[at]?;
