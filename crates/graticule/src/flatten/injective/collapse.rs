@@ -281,7 +281,7 @@ mod tests {
     use crate::mesh::{Topology, TriangleMesh};
     use graticule_fixtures::disk;
 
-    fn coarsening(rings: usize) -> (Coarsening, Vec<[u32; 3]>) {
+    fn coarsening(rings: u32) -> (Coarsening, Vec<[u32; 3]>) {
         let fixture = disk(rings);
         let mesh = TriangleMesh::new(fixture.positions.len(), &fixture.triangles).unwrap();
         let on_boundary = mesh
