@@ -1,6 +1,7 @@
 //! The command as its users meet it: through the real binary.
 
 mod arguments;
+mod atlas;
 mod bench;
 mod demo;
 mod field;

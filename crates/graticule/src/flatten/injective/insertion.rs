@@ -42,19 +42,25 @@ impl Star<'_> {
         if self.admits(middle) {
             return Some(middle);
         }
-        self.place_near(target)
+        self.place_near(target, |_| true)
     }
 
     /// An admissible place on the boundary edge from `target` to `other`, or near `target` where
-    /// the triangles there turn by more than half a circle.
-    pub(super) fn boundary_place(&self, target: DVec2, other: DVec2) -> Option<DVec2> {
+    /// the triangles there turn by more than half a circle; such that `is_clear` has nothing against
+    /// it.
+    pub(super) fn boundary_place(
+        &self,
+        [target, other]: [DVec2; 2],
+        is_clear: impl Fn(DVec2) -> bool,
+    ) -> Option<DVec2> {
         let along = |share: f64| target.lerp(other, 0.5 * share);
-        let on_edge = first_where(along, EDGE_HALVINGS, |place| self.admits(place));
-        on_edge.or_else(|| self.place_near(target))
+        let will_do = |place| self.admits(place) && is_clear(place);
+        let on_edge = first_where(along, EDGE_HALVINGS, will_do);
+        on_edge.or_else(|| self.place_near(target, is_clear))
     }
 
     /// Near the target only its own sides matter: the place must lie to the left of each.
-    fn place_near(&self, target: DVec2) -> Option<DVec2> {
+    fn place_near(&self, target: DVec2, is_clear: impl Fn(DVec2) -> bool) -> Option<DVec2> {
         let inward = |[a, b]: [DVec2; 2]| (b - a).normalize_or_zero().perp();
         let at_target = self.sides.iter().filter(|side| side.contains(&target));
         let direction = at_target
@@ -63,7 +69,9 @@ impl Star<'_> {
             .normalize_or_zero();
         let reach = self.middle().distance(target);
         let near = |share: f64| target + direction * (reach * share);
-        first_where(near, MOST_HALVINGS, |place| self.admits(place))
+        first_where(near, MOST_HALVINGS, |place| {
+            self.admits(place) && is_clear(place)
+        })
     }
 
     fn middle(&self) -> DVec2 {

@@ -284,7 +284,7 @@ impl Refinement<'_> {
             let place = if link.len() == 1 {
                 star.outer_place(|_| true)
             } else {
-                star.boundary_place(ends[0], ends[1])
+                star.boundary_place(ends, |_| true)
             };
             return place.map(|place| star.improved(place));
         };
@@ -292,8 +292,7 @@ impl Refinement<'_> {
         let place = if link.len() == 1 {
             star.outer_place(is_clear)
         } else {
-            star.boundary_place(ends[0], ends[1])
-                .filter(|&place| is_clear(place))
+            star.boundary_place(ends, is_clear)
         }?;
         let improved = star.improved(place);
         let place = if is_clear(improved) { improved } else { place };
