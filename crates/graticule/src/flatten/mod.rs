@@ -44,6 +44,7 @@ mod error;
 mod fixed;
 mod flat_map;
 mod lanczos;
+mod least_squares;
 mod natural;
 mod patch;
 mod spectral;

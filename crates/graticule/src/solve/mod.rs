@@ -7,6 +7,7 @@
 //! | not symmetric (mean value, authalic) | [`Lu`], [`DirichletLu`]; transposed for adjoints |
 //! | a minimum under linear constraints | [`SaddleSystem`] |
 //! | symmetric indefinite | [`Ldlt`] |
+//! | more equations than unknowns | [`LeastSquares`] |
 //! | definite with a large diagonal, or known by its products only | [`conjugate_gradients`] |
 //! | the smallest eigenvector | [`smallest_eigenvector`] |
 //!
@@ -40,6 +41,7 @@ mod fronts;
 mod hermitian;
 mod iterative;
 mod ldlt;
+mod least_squares;
 mod lu;
 mod memory;
 mod ordering;
@@ -60,6 +62,7 @@ pub use iterative::{
     conjugate_gradients,
 };
 pub use ldlt::Ldlt;
+pub use least_squares::LeastSquares;
 pub use lu::{Exchange, Lu, LuSymbolic};
 pub use ordering::{Graph, Ordering, Placement};
 pub use pattern::Pattern;
