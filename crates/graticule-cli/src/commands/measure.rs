@@ -22,7 +22,7 @@ use crate::uvs;
 /// Options of `graticule measure`.
 #[derive(Args, Debug, Serialize)]
 pub(crate) struct Options {
-    /// The mesh with texture coordinates
+    /// The mesh with texture coordinates; - is standard input
     #[arg(value_name = "MESH")]
     mesh: PathBuf,
     /// Measure from this mesh, of the same polygons, instead of MESH's own positions; where MESH

@@ -8,7 +8,8 @@ use glam::DVec2;
 use crate::geometry::{DirectedWeights, EdgeWeights, mean_value_weights, uniform_weights};
 use crate::mesh::{BoundaryLoopId, Element, VertexId};
 use crate::solve::{
-    DirichletLu, DirichletSystem, Placement, Solution, SolveError, SparseMatrix, SymmetricMatrix,
+    DirichletLu, DirichletSystem, Exchange, Placement, Solution, SolveError, SparseMatrix,
+    SymmetricMatrix,
 };
 use crate::watch::Watch;
 
@@ -126,6 +127,7 @@ impl<'a> FixedSystem<'a> {
             && (closes || open_holes.is_empty());
         let stage = watch.stage("order and factor");
         let factor = equations.factor(&fixed, &domain)?;
+        factor.warn_of_exchange(watch);
         drop(stage);
         Ok(Self {
             patch,
@@ -288,6 +290,16 @@ enum Factor {
 }
 
 impl Factor {
+    fn warn_of_exchange(&self, watch: &Watch) {
+        if let Self::General(system) = self
+            && system.factor().exchange() == Exchange::Unrestricted
+        {
+            let message = "the equations have no good pivots near the diagonal: factored with \
+                           exchanges over the whole matrix, which takes more time and memory";
+            watch.warn("unrestricted-pivoting", message);
+        }
+    }
+
     fn solve(&self, fixed_values: &[f64]) -> Result<Solution, SolveError> {
         match self {
             Self::Symmetric(system) => system.solve(fixed_values),

@@ -2,10 +2,12 @@
 
 use glam::DVec2;
 use graticule::flatten::{
-    BoundaryCurve, BoundaryPositions, Corners, FixedOptions, FlatMap, Holes, NaturalOptions, Patch,
-    Pins, Triangulation, Weights, boundary_on_curve, fixed_map, natural_map, spectral_map,
+    BoundaryCurve, BoundaryError, BoundaryPositions, Corners, FixedOptions, FlatMap, FlattenError,
+    Holes, NaturalOptions, Patch, Pins, Triangulation, Weights, boundary_on_curve, fixed_map,
+    natural_map, spectral_map,
 };
-use graticule::mesh::{NO_VALUE, PolygonSoup, Repaired, VertexId};
+use graticule::mesh::{NO_VALUE, PerVertex, PolygonSoup, Repaired, VertexId};
+use graticule::solve::SolveError;
 use graticule::watch::Watch;
 
 use super::options::{Boundary, HolesArgument, Method, Options, WeightsArgument};
@@ -23,26 +25,25 @@ pub(super) fn flat_map(
     let patch = Patch::new(piece.surface.clone(), watch)?;
     let file = FileVertices {
         of_surface: repaired.mesh_vertices(soup),
+        of_file: &repaired.vertex_sources,
         piece,
     };
+    let told = |error| file.told(error);
     match options.method {
-        Method::Natural => Ok(natural_map(
-            &patch,
-            &natural_options(options, &file)?,
-            watch,
-        )?),
-        Method::Spectral => Ok(spectral_map(&patch, triangulation(options), watch)?),
+        Method::Natural => {
+            natural_map(&patch, &natural_options(options, &file)?, watch).map_err(told)
+        }
+        Method::Spectral => spectral_map(&patch, triangulation(options), watch).map_err(told),
         Method::Fixed => {
             let boundary = match options.boundary {
-                Some(Boundary::Given) => given_boundary(options, &patch, soup, repaired, piece)?,
-                _ => boundary_on_curve(&patch, &curve(options, &patch, &file)?, watch)?,
+                Some(Boundary::Given) => {
+                    let places = given_places(options, &patch, soup, repaired, piece, watch)?;
+                    BoundaryPositions::new(&patch, places)
+                }
+                _ => boundary_on_curve(&patch, &curve(options, &patch, &file)?, watch),
             };
-            Ok(fixed_map(
-                &patch,
-                &boundary,
-                &fixed_options(options),
-                watch,
-            )?)
+            let boundary = boundary.map_err(|error| file.boundary_told(error))?;
+            fixed_map(&patch, &boundary, &fixed_options(options), watch).map_err(told)
         }
     }
 }
@@ -50,10 +51,65 @@ pub(super) fn flat_map(
 /// The way from the numbers of vertices in the file to the patch.
 struct FileVertices<'a> {
     of_surface: Vec<u32>,
+    of_file: &'a PerVertex<u32>,
     piece: &'a Piece,
 }
 
 impl FileVertices<'_> {
+    /// The number in the file of a vertex of the patch.
+    fn number(&self, vertex: VertexId) -> u32 {
+        self.of_file[self.piece.source(vertex)]
+    }
+
+    /// The error in the words of the command: vertices by their numbers in the file, methods by
+    /// their options.
+    fn told(&self, error: FlattenError) -> Failure {
+        let hint = match error {
+            FlattenError::SamePin { vertex } => {
+                return Failure::new(
+                    format!("both pins are vertex {} of the file", self.number(vertex)),
+                    "they lie at one place and were welded: pin another, or see --weld",
+                );
+            }
+            FlattenError::Undetermined { .. } | FlattenError::Collapsed { .. } => {
+                "name other vertices with --pin, or use --method spectral"
+            }
+            FlattenError::TooThin { .. } => "use --method natural, which keeps twice the digits",
+            FlattenError::Geometry(_) => "use --intrinsic-delaunay",
+            FlattenError::Solve(ref reason @ SolveError::OutOfMemory { .. }) => {
+                return reason.clone().into();
+            }
+            FlattenError::Solve(reason) => {
+                return Failure::new(
+                    format!("the equations of the map could not be solved: {reason}"),
+                    "try --intrinsic-delaunay, or --method fixed --weights mean-value",
+                );
+            }
+            other => return other.into(),
+        };
+        Failure::new(error.to_string(), hint)
+    }
+
+    fn boundary_told(&self, error: BoundaryError) -> Failure {
+        match error {
+            BoundaryError::Missing { vertex } => Failure::new(
+                format!(
+                    "vertex {} of the file lies on the outer boundary and has no texture coordinates",
+                    self.number(vertex)
+                ),
+                "give all of the boundary texture coordinates, or choose a curve: --boundary circle",
+            ),
+            BoundaryError::BadCorner { vertex, reason, .. } => Failure::new(
+                format!("vertex {} of the file {reason}", self.number(vertex)),
+                "name four different vertices of the outer boundary with --corner",
+            ),
+            BoundaryError::TooFewVertices { .. } => {
+                Failure::new(error.to_string(), "use --boundary circle")
+            }
+            other => other.into(),
+        }
+    }
+
     fn find(&self, number: u32) -> Result<VertexId, Failure> {
         let vertices = self.of_surface.len();
         let Some(&vertex) = self.of_surface.get(number as usize) else {
@@ -149,31 +205,43 @@ fn corner(number: u32, patch: &Patch, file: &FileVertices<'_>) -> Result<VertexI
     ))
 }
 
-/// The boundary where the file's own texture coordinates put it: the outer loop, and the holes if
-/// the options fix them.
-fn given_boundary(
+/// Where the file's own texture coordinates put the boundary: the outer loop, and the holes if the
+/// options fix them.
+fn given_places(
     options: &Options,
     patch: &Patch,
     soup: &PolygonSoup,
     repaired: &Repaired,
     piece: &Piece,
-) -> Result<BoundaryPositions, Failure> {
+    watch: &Watch,
+) -> Result<Vec<(VertexId, DVec2)>, Failure> {
     let Some(set) = soup.attributes.uv_sets.first() else {
         return Err(Failure::new(
             "the mesh has no texture coordinates to take the boundary from",
             "choose a curve: --boundary circle, square or rectangle",
         ));
     };
-    let mut places: Vec<Option<DVec2>> = vec![None; patch.mesh().vertex_count()];
+    let mut places = PerVertex::filled(patch.mesh().vertex_count(), None);
+    let mut has_several = PerVertex::filled(patch.mesh().vertex_count(), false);
     for (corner, &source) in repaired.corner_sources.enumerate() {
         let vertex = piece.vertex(repaired.surface.mesh().origin(corner));
         if let (Some(vertex), Some(place)) = (vertex, set.get(source as usize)) {
-            places[vertex.0 as usize].get_or_insert(place);
+            has_several[vertex] |= *places[vertex].get_or_insert(place) != place;
         }
     }
     let holes = patch.holes().flat_map(|hole| patch.loop_vertices(hole));
     let holes = holes.filter(|_| options.holes == Some(HolesArgument::Fixed));
-    let vertices = patch.loop_vertices(patch.outer_loop()).chain(holes);
-    let placed = vertices.filter_map(|vertex| Some((vertex, places[vertex.0 as usize]?)));
-    Ok(BoundaryPositions::new(patch, placed)?)
+    let outer = patch.loop_vertices(patch.outer_loop());
+    let vertices: Vec<_> = outer.chain(holes).collect();
+    let several = vertices.iter().filter(|&&v| has_several[v]).count();
+    if several > 0 {
+        let message = format!(
+            "boundary vertices with several texture coordinates: {several}; the first is taken"
+        );
+        watch.warn("several-coordinates", message);
+    }
+    let vertices = vertices.into_iter();
+    Ok(vertices
+        .filter_map(|vertex| Some((vertex, places[vertex]?)))
+        .collect())
 }

@@ -18,7 +18,7 @@ use crate::outcome::Outcome;
 use crate::picture::map_picture;
 use crate::report::{Report, to_value};
 use crate::session::Session;
-use crate::tables::measure_table;
+use crate::tables::{figure, measure_table};
 use crate::uvs;
 
 pub(crate) use options::Options;
@@ -29,7 +29,10 @@ use piece::Piece;
 pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {
     let plan = options.check(&session.common)?;
     let input = Input::read(&options.mesh, session)?;
-    let mut outcome = Outcome::of(Report::new("flatten", session.options_to_report(options)?));
+    let mut outcome = Outcome::of(Report::new(
+        "flatten",
+        session.options_to_report(&options.in_force())?,
+    ));
     outcome.report.input = input.to_report();
     let repaired = input.repaired_on_the_way(options.repair_options(), session)?;
     outcome.report.repair = repair_to_report(&repaired.changes)?;
@@ -44,6 +47,11 @@ pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {
         Scale::UnitSquare => map.unit_square_uv(),
         Scale::AsMade => map.uv.clone(),
     };
+    // What is measured is what the file will hold.
+    let uv = match plan.mesh_format() {
+        Some(format) => uv.map(|&uv| format.stored_uv(uv)),
+        None => uv,
+    };
     outcome.report.result = map_to_report(&map);
     let judged = Judged::of(&piece.surface, &uv, session).map_err(at_input)?;
     judged.tell(&mut outcome)?;
@@ -54,6 +62,7 @@ pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {
         piece.vertex(vertex).map_or(NO_VALUE, |vertex| vertex.0)
     });
     outcome.mesh = Some(soup);
+    outcome.ascii = input.ascii;
     plan.finish(session, outcome)
 }
 
@@ -72,9 +81,11 @@ impl<'a> Judged<'a> {
         session: &Session,
     ) -> Result<Self, Failure> {
         let corners = corner_uvs(surface.mesh(), uv);
+        let measure = measure_map(surface, &corners, &session.watch)?;
+        warn_of_overlaps(&measure, session);
         Ok(Self {
             surface,
-            measure: measure_map(surface, &corners, &session.watch)?,
+            measure,
             corners,
         })
     }
@@ -90,6 +101,18 @@ impl<'a> Judged<'a> {
     pub(super) fn draw(&self, session: &Session) -> Result<Picture, Failure> {
         let _stage = session.watch.stage("draw");
         Ok(map_picture(self.surface, &self.corners, &self.measure)?)
+    }
+}
+
+/// A map may overlap itself although no triangle is flipped: a free boundary may cross itself.
+fn warn_of_overlaps(measure: &MapMeasure, session: &Session) {
+    if measure.overlap.any {
+        let share = figure(100.0 * measure.overlap.area_share);
+        let message = format!(
+            "the map overlaps itself: {share} % of its area is covered more than once; \
+             --method fixed --weights mean-value lays every triangle down apart"
+        );
+        session.watch.warn("overlap", message);
     }
 }
 

@@ -11,6 +11,8 @@ pub(super) struct Piece {
     pub(super) surface: Surface,
     /// For each vertex of the whole that of the part, or [`NO_VALUE`]; `None` for the whole itself.
     vertices: Option<PerVertex<u32>>,
+    /// For each vertex of the part that of the whole; `None` for the whole itself.
+    sources: Option<PerVertex<VertexId>>,
 }
 
 impl Piece {
@@ -36,6 +38,7 @@ impl Piece {
         Ok(Self {
             surface: part.surface,
             vertices: Some(vertices),
+            sources: Some(part.vertex_sources),
         })
     }
 
@@ -47,6 +50,11 @@ impl Piece {
                 .filter(|&vertex| vertex != NO_VALUE)
                 .map(VertexId),
         }
+    }
+
+    /// The vertex of the whole behind a vertex of the part.
+    pub(super) fn source(&self, part: VertexId) -> VertexId {
+        self.sources.as_ref().map_or(part, |sources| sources[part])
     }
 }
 
@@ -62,5 +70,6 @@ fn several_components_told(whole: &Surface) -> Result<Piece, Failure> {
     Ok(Piece {
         surface: whole.clone(),
         vertices: None,
+        sources: None,
     })
 }
