@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use glam::DVec2;
-use graticule::measure::MapMeasure;
+use graticule::measure::{MapMeasure, overlapping_faces};
 use graticule::mesh::{PerCorner, PerFace, Surface};
+use graticule::watch::Watch;
 use graticule_draw::{
     CheckerStyle, ColorScale, DrawError, Figure, LayoutStyle, Picture, Squares, SurfaceStyle,
     side_by_side, surface, uv_layout,
@@ -57,22 +58,30 @@ pub(crate) fn surface_picture(shape: &Surface) -> Result<Picture, DrawError> {
     side_by_side(vec![surface(shape, &style)?]).with_size(PANEL * 2, PANEL * 2)
 }
 
-/// A map: the checker that it lays on the surface, its layout, and how it scales areas.
+/// A map: the checker that it lays on the surface, its layout, and how it scales areas. The
+/// layout marks triangles that are flipped or overlap others.
 pub(crate) fn map_picture(
     shape: &Surface,
     uvs: &PerCorner<DVec2>,
     measure: &MapMeasure,
-) -> Result<Picture, DrawError> {
+    watch: &Watch,
+) -> Result<Picture, Failure> {
     let on_surface = SurfaceStyle {
         checker: Some(CheckerStyle::fitting(uvs)),
         seams: Some(uvs),
         ..SurfaceStyle::default()
     };
     let flipped = measure.elements.distortion.map(|face| face.flipped);
+    let overlapping = if measure.overlap.any {
+        Some(overlapping_faces(shape, uvs, watch)?)
+    } else {
+        None
+    };
     let layout = LayoutStyle {
         checker: Some(Squares::Fitting),
         edges: false,
         flipped: Some(&flipped),
+        overlapping: overlapping.as_ref(),
         ..LayoutStyle::default()
     };
     let scales = area_scales(measure);
@@ -81,12 +90,12 @@ pub(crate) fn map_picture(
         figure: Some(figure.with_scale(ColorScale::diverging(0.0))),
         ..SurfaceStyle::default()
     };
-    side_by_side(vec![
+    let panels = vec![
         surface(shape, &on_surface)?,
         uv_layout(shape, uvs, &layout)?,
         surface(shape, &distortion)?,
-    ])
-    .with_size(3 * PANEL, PANEL)
+    ];
+    Ok(side_by_side(panels).with_size(3 * PANEL, PANEL)?)
 }
 
 /// The factor by which the map changes each triangle's area, over that of the whole, as a

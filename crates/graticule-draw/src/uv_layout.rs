@@ -30,6 +30,8 @@ pub struct LayoutStyle<'a> {
     /// Which triangles count as flipped; by default those whose corners run clockwise. A measure
     /// tells them from islands that are mirrored as a whole.
     pub flipped: Option<&'a PerFace<bool>>,
+    /// Triangles that overlap others, drawn in orange unless they are flipped.
+    pub overlapping: Option<&'a PerFace<bool>>,
 }
 
 impl Default for LayoutStyle<'_> {
@@ -42,6 +44,7 @@ impl Default for LayoutStyle<'_> {
             boundary: true,
             flips: true,
             flipped: None,
+            overlapping: None,
         }
     }
 }
@@ -72,6 +75,12 @@ pub fn uv_layout(
     };
     let (flipped, upright): (Vec<FaceId>, Vec<FaceId>) =
         faces.iter().partition(|face| is_flipped(face));
+    let is_overlapping = |face: &FaceId| {
+        let overlapping = style.overlapping.map(PerFace::as_slice);
+        overlapping.is_some_and(|all| all.get(face.index()).copied().unwrap_or_default())
+    };
+    let (overlapping, upright): (Vec<FaceId>, Vec<FaceId>) =
+        upright.into_iter().partition(is_overlapping);
     let (paint, legend) = match &style.figure {
         Some(figure) => figure
             .paint(surface)
@@ -85,9 +94,10 @@ pub fn uv_layout(
         checker.corners = corners.collect();
         fill.checker = Some(checker);
     }
+    let orange = loose_triangles(uvs, &overlapping, Paint::Uniform(Color::OVERLAPPING));
     // Flipped triangles come last, so that nothing covers them.
     let red = loose_triangles(uvs, &flipped, Paint::Uniform(Color::FLIPPED));
-    let mut layers = vec![fill.into(), red.into()];
+    let mut layers = vec![fill.into(), orange.into(), red.into()];
     if style.edges {
         layers.push(edge_lines(surface, uvs).into());
     }
@@ -102,7 +112,14 @@ pub fn uv_layout(
         layers,
         legend,
         caption: None,
-        notes: notes(flipped.len(), surface.mesh().face_count() - faces.len()),
+        notes: notes([
+            (flipped.len(), "flipped triangle"),
+            (overlapping.len(), "overlapping triangle"),
+            (
+                surface.mesh().face_count() - faces.len(),
+                "triangle without coordinates",
+            ),
+        ]),
     })
 }
 
@@ -218,14 +235,11 @@ fn rings(uvs: &PerCorner<DVec2>, faces: &[FaceId]) -> Points {
     }
 }
 
-fn notes(flipped: usize, left_out: usize) -> Vec<String> {
-    let plural = |count: usize| if count == 1 { "" } else { "s" };
-    let flips = (flipped > 0).then(|| format!("{flipped} flipped triangle{}", plural(flipped)));
-    let missing = (left_out > 0).then(|| {
-        format!(
-            "{left_out} triangle{} without coordinates",
-            plural(left_out)
-        )
-    });
-    flips.into_iter().chain(missing).collect()
+fn notes(counted: [(usize, &str); 3]) -> Vec<String> {
+    let there = counted.into_iter().filter(|&(count, _)| count > 0);
+    let note = |(count, what): (usize, &str)| match count {
+        1 => format!("1 {what}"),
+        _ => format!("{count} {}", what.replacen("triangle", "triangles", 1)),
+    };
+    there.map(note).collect()
 }

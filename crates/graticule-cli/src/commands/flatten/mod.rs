@@ -100,7 +100,7 @@ impl<'a> Judged<'a> {
     /// Draws the map.
     pub(super) fn draw(&self, session: &Session) -> Result<Picture, Failure> {
         let _stage = session.watch.stage("draw");
-        Ok(map_picture(self.surface, &self.corners, &self.measure)?)
+        map_picture(self.surface, &self.corners, &self.measure, &session.watch)
     }
 }
 

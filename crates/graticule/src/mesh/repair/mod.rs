@@ -77,10 +77,13 @@ pub enum NonOrientable {
 }
 
 /// Choices where more than one answer is sound.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct RepairOptions {
     /// Whether vertices at exactly the same position become one.
     pub weld: Weld,
+    /// Distance, in the unit of the positions, within which vertices of open edges become one too;
+    /// 0 for none. Cracks up to this width close, and so do edges up to this length at them.
+    pub weld_within: f64,
     /// What to do with polygons that have a vertex with a position that is not finite.
     pub non_finite: NonFinite,
     /// What to do with pieces that cannot be oriented.
