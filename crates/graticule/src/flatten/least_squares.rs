@@ -30,12 +30,10 @@ pub(super) fn pinned_map(
     let free = FreeVertices::new(vertices, pins.map(|(vertex, _)| vertex));
     let entries = equations.iter().enumerate().flat_map(|(row, equation)| {
         let terms = equation.terms().into_iter();
-        terms.filter_map(move |(vertex, factor)| Some((row, vertex, factor)))
+        terms.map(move |(vertex, factor)| (row, vertex, factor))
     });
-    let entries = entries.filter_map(|(row, vertex, factor)| {
-        let column = free.column(vertex)?;
-        Some((row, column, factor))
-    });
+    let entries =
+        entries.filter_map(|(row, vertex, factor)| Some((row, free.column(vertex)?, factor)));
     let entries: Vec<_> = entries.collect();
     let system = LeastSquares::new(equations.len(), vertices - 2, &entries)?;
     watch.check()?;

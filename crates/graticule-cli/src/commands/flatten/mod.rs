@@ -85,8 +85,8 @@ impl<'a> Judged<'a> {
         warn_of_overlaps(&measure, session);
         Ok(Self {
             surface,
-            measure,
             corners,
+            measure,
         })
     }
 
