@@ -297,4 +297,18 @@ mod tests {
             assert!(frame.toward.dot(turn) > 0.7, "{turn}");
         }
     }
+
+    #[test]
+    fn what_stands_on_the_plane_z_0_is_held_upright() {
+        let tower = graticule_fixtures::cylinder_closed(1.0, 3.0, 12, 4);
+        let up = |change: fn(DVec3) -> DVec3| {
+            let tower = tower.clone().map(change);
+            let surface = Surface::from_triangles(tower.positions, &tower.triangles).unwrap();
+            let frame = View::Automatic.frame(&surface).unwrap();
+            [DVec3::Y, DVec3::Z].map(|axis| frame.coordinates(axis).y > 0.9)
+        };
+        assert_eq!(up(|p| p), [false, true]);
+        assert_eq!(up(|p| DVec3::new(p.x, p.z, -p.y)), [true, false]);
+        assert_eq!(up(|p| p - DVec3::Z * 1.5), [true, false]);
+    }
 }
