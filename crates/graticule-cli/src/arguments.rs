@@ -43,18 +43,27 @@ pub(crate) struct CommonOptions {
     #[arg(long, short, global = true)]
     pub(crate) quiet: bool,
     /// Threads to use, all cores by default; the result does not depend on it
-    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, global = true, value_name = "N", allow_negative_numbers = true,
+        value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,
     /// Seed of whatever is drawn at random
-    #[arg(long, global = true, value_name = "N", default_value_t = 0)]
+    #[arg(
+        long,
+        global = true,
+        value_name = "N",
+        default_value_t = 0,
+        allow_negative_numbers = true
+    )]
     pub(crate) seed: u64,
     /// Give up after this many seconds, with exit code 1
-    #[arg(long, global = true, value_name = "S", value_parser = positive_seconds)]
+    #[arg(long, global = true, value_name = "S", allow_negative_numbers = true,
+        value_parser = positive_seconds)]
     pub(crate) max_seconds: Option<f64>,
 }
 
-/// What to do.
-#[derive(Subcommand)]
+/// What to do. Serialized as its name with its options.
+#[derive(Subcommand, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub(crate) enum Command {
     /// Flatten a built-in surface, with pictures and a report; needs no file
     Demo(demo::Options),

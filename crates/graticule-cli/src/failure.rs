@@ -47,6 +47,11 @@ impl Failure {
         self
     }
 
+    /// Whether work was begun and gave no result; wrong arguments are told before any.
+    pub(crate) fn is_of_the_work(&self) -> bool {
+        self.kind == Kind::NoResult
+    }
+
     /// The exit code of the command.
     pub(crate) fn exit_code(&self) -> ExitCode {
         match self.kind {

@@ -15,6 +15,7 @@ mod picture;
 mod repair_options;
 mod report;
 mod session;
+mod signals;
 mod tables;
 mod uvs;
 
@@ -46,10 +47,16 @@ fn main() -> ExitCode {
 
 fn run(arguments: Arguments, console: &Arc<Console>) -> Result<(), Failure> {
     let session = Session::start(arguments.common, Arc::clone(console))?;
-    run_command(&arguments.command, &session).map_err(|failure| match session.check() {
-        // Whatever was being computed: that it was stopped is the reason.
-        Err(stopped) if !session.is_writing() => stopped,
-        _ => failure,
+    run_command(&arguments.command, &session).map_err(|failure| {
+        let failure = match session.check() {
+            // Whatever was being computed: that it was stopped is the reason.
+            Err(stopped) if !session.is_writing() => stopped,
+            _ => failure,
+        };
+        if failure.is_of_the_work() {
+            session.report_failure(&arguments.command, &failure);
+        }
+        failure
     })
 }
 

@@ -1,20 +1,27 @@
 //! The mesh that a command reads, and its way to a sound surface.
 
 use std::fs;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use graticule::mesh::{PolygonSoup, RepairChanges, RepairError, RepairOptions, Repaired, repair};
-use graticule_io::{Format, read_file};
+use graticule_io::{Format, MeshFile, ReadError, read_bytes, read_file};
 use serde_json::{Value, json};
 
 use crate::failure::Failure;
 use crate::report::to_value;
 use crate::session::Session;
 
+/// Standard input's name on the command line, and in messages.
+const STDIN: &str = "-";
+const STDIN_NAME: &str = "<stdin>";
+
 /// A mesh file that was read.
 pub(crate) struct Input {
     pub(crate) path: PathBuf,
     pub(crate) format: Format,
+    /// Whether a PLY or STL file is in its text form.
+    pub(crate) ascii: bool,
     /// Size of the file; `None` for a pipe.
     pub(crate) bytes: Option<u64>,
     pub(crate) soup: PolygonSoup,
@@ -24,7 +31,18 @@ impl Input {
     /// Reads the file and passes its warnings on.
     pub(crate) fn read(path: &Path, session: &Session) -> Result<Self, Failure> {
         let _stage = session.watch.stage("read");
-        let file = read_file(path).map_err(|error| Failure::from(error).at(path.display()))?;
+        let is_stdin = path.as_os_str() == STDIN;
+        let path = if is_stdin {
+            Path::new(STDIN_NAME)
+        } else {
+            path
+        };
+        let file = if is_stdin {
+            read_stdin()
+        } else {
+            read_file(path)
+        };
+        let file = file.map_err(|error| Failure::from(error).at(path.display()))?;
         session.check()?;
         for warning in file.warnings {
             session.watch.warn(warning.code, warning.message);
@@ -33,6 +51,7 @@ impl Input {
         Ok(Self {
             path: path.to_path_buf(),
             format: file.format,
+            ascii: file.ascii,
             bytes: metadata.map(|metadata| metadata.len()),
             soup: file.soup,
         })
@@ -78,6 +97,13 @@ impl Input {
             "attributes": attributes_to_report(soup),
         })
     }
+}
+
+/// Standard input, of which only the content can tell the format.
+fn read_stdin() -> Result<MeshFile, ReadError> {
+    let mut bytes = Vec::new();
+    io::stdin().lock().read_to_end(&mut bytes)?;
+    read_bytes(&bytes, None)
 }
 
 /// The failure, with the option that may avoid it as the hint.

@@ -4,7 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use graticule::mesh::PolygonSoup;
-use graticule_io::{Format, UnknownFormat, has_uv_per_vertex, write_to};
+use graticule_io::{Format, UnknownFormat, WriteOptions, has_uv_per_vertex, write_to_with};
 
 use crate::failure::Failure;
 use crate::output::{extension, write_whole};
@@ -73,6 +73,10 @@ impl MeshOutput {
         })
     }
 
+    pub(crate) fn format(&self) -> Format {
+        self.format
+    }
+
     pub(crate) fn is_stdout(&self) -> bool {
         self.path.is_none()
     }
@@ -82,7 +86,14 @@ impl MeshOutput {
     }
 
     /// Writes the mesh, and warns of what the format cannot hold.
-    pub(crate) fn write(&self, soup: &PolygonSoup, session: &Session) -> Result<(), Failure> {
+    ///
+    /// PLY and STL are written as text if `ascii` says so.
+    pub(crate) fn write(
+        &self,
+        soup: &PolygonSoup,
+        ascii: bool,
+        session: &Session,
+    ) -> Result<(), Failure> {
         if self.needs_uvs && self.format == Format::Off && !has_uv_per_vertex(soup) {
             return Err(Failure::new(
                 "OFF holds one texture coordinate for each vertex, and this mesh has vertices with \
@@ -91,14 +102,16 @@ impl MeshOutput {
             ));
         }
         let mut losses = Vec::new();
+        let options = WriteOptions { ascii };
         if let Some(path) = &self.path {
             write_whole(path, |mut out| {
-                losses = write_to(&mut out, soup, self.format).map_err(io::Error::other)?;
+                losses = write_to_with(&mut out, soup, self.format, options)
+                    .map_err(io::Error::other)?;
                 Ok(())
             })?;
         } else {
             let mut bytes = Vec::new();
-            losses = write_to(&mut bytes, soup, self.format)?;
+            losses = write_to_with(&mut bytes, soup, self.format, options)?;
             session.console.data(&bytes)?;
         }
         for loss in losses {

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use graticule::mesh::PolygonSoup;
+use graticule_io::Format;
 
 use crate::arguments::CommonOptions;
 use crate::failure::Failure;
@@ -94,6 +95,11 @@ impl Plan {
         self.picture.as_ref().map(|(_, format)| *format)
     }
 
+    /// The format of the mesh that will be written, if any.
+    pub(crate) fn mesh_format(&self) -> Option<Format> {
+        self.mesh.as_ref().map(MeshOutput::format)
+    }
+
     /// Writes mesh, picture and report, then standard output.
     pub(crate) fn finish(self, session: &Session, outcome: Outcome) -> Result<(), Failure> {
         session.begin_writing()?;
@@ -117,7 +123,7 @@ impl Plan {
         }
         let _stage = session.watch.stage("write");
         if let (Some(output), Some(soup)) = (&self.mesh, &outcome.mesh) {
-            output.write(soup, session)?;
+            output.write(soup, outcome.ascii, session)?;
         }
         for (path, bytes) in &outcome.files {
             write_whole(path, |out| out.write_all(bytes))?;
@@ -135,6 +141,8 @@ pub(crate) struct Outcome {
     pub(crate) report: Report,
     /// The mesh to write.
     pub(crate) mesh: Option<PolygonSoup>,
+    /// Whether it is written as text, where the format has a binary form too.
+    pub(crate) ascii: bool,
     /// The picture to write, encoded.
     pub(crate) picture: Option<Vec<u8>>,
     /// Further files with their content.
@@ -151,6 +159,7 @@ impl Outcome {
         Self {
             report,
             mesh: None,
+            ascii: false,
             picture: None,
             files: Vec::new(),
             text: String::new(),

@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use glam::DVec2;
-use graticule::measure::MapMeasure;
+use graticule::measure::{MapMeasure, overlapping_faces};
 use graticule::mesh::{PerCorner, PerFace, Surface};
+use graticule::watch::Watch;
 use graticule_draw::{
     CheckerStyle, Color, ColorScale, DrawError, Eye, Figure, LayoutStyle, Lines, Panel, Picture,
     Points, Squares, SurfaceStyle, side_by_side, surface, uv_layout,
@@ -57,13 +58,15 @@ pub(crate) fn surface_picture(shape: &Surface) -> Result<Picture, DrawError> {
     side_by_side(vec![surface(shape, &style)?]).with_size(PANEL * 2, PANEL * 2)
 }
 
-/// A map: the checker that it lays on the surface, its layout, and how it scales areas.
+/// A map: the checker that it lays on the surface, its layout, and how it scales areas. The
+/// layout marks triangles that are flipped or overlap others.
 pub(crate) fn map_picture(
     shape: &Surface,
     uvs: &PerCorner<DVec2>,
     measure: &MapMeasure,
-) -> Result<Picture, DrawError> {
-    in_rows_of_three(map_panels(shape, uvs, measure)?)
+    watch: &Watch,
+) -> Result<Picture, Failure> {
+    Ok(in_rows_of_three(map_panels(shape, uvs, measure, watch)?)?)
 }
 
 /// Panels three in a row.
@@ -78,17 +81,24 @@ pub(crate) fn map_panels(
     shape: &Surface,
     uvs: &PerCorner<DVec2>,
     measure: &MapMeasure,
-) -> Result<Vec<Panel>, DrawError> {
+    watch: &Watch,
+) -> Result<Vec<Panel>, Failure> {
     let on_surface = SurfaceStyle {
         checker: Some(CheckerStyle::fitting(uvs)),
         seams: Some(uvs),
         ..SurfaceStyle::default()
     };
     let flipped = measure.elements.distortion.map(|face| face.flipped);
+    let overlapping = if measure.overlap.any {
+        Some(overlapping_faces(shape, uvs, watch)?)
+    } else {
+        None
+    };
     let layout = LayoutStyle {
         checker: Some(Squares::Fitting),
         edges: false,
         flipped: Some(&flipped),
+        overlapping: overlapping.as_ref(),
         ..LayoutStyle::default()
     };
     Ok(vec![

@@ -11,6 +11,10 @@ pub(crate) struct RepairArguments {
     /// Whether vertices at the same position become one
     #[arg(long, value_enum, default_value_t = WeldArgument::Auto)]
     weld: WeldArgument,
+    /// Join vertices of open edges up to this far apart, in the mesh's unit of length: closes cracks
+    #[arg(long, value_name = "DISTANCE", default_value_t = 0.0, allow_negative_numbers = true,
+        value_parser = parse_distance)]
+    weld_within: f64,
     /// What to do with polygons that have a position that is not finite
     #[arg(long, value_enum, default_value_t = NonFiniteArgument::Refuse)]
     non_finite: NonFiniteArgument,
@@ -56,6 +60,7 @@ impl From<RepairArguments> for RepairOptions {
                 WeldArgument::Always => Weld::Always,
                 WeldArgument::Never => Weld::Never,
             },
+            weld_within: arguments.weld_within,
             non_finite: match arguments.non_finite {
                 NonFiniteArgument::Refuse => NonFinite::Refuse,
                 NonFiniteArgument::Drop => NonFinite::DropPolygons,
@@ -65,5 +70,14 @@ impl From<RepairArguments> for RepairOptions {
                 NonOrientableArgument::Cut => NonOrientable::CutOpen,
             },
         }
+    }
+}
+
+fn parse_distance(text: &str) -> Result<f64, String> {
+    let distance: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
+    if distance >= 0.0 && distance.is_finite() {
+        Ok(distance)
+    } else {
+        Err("must be finite and at least 0".into())
     }
 }

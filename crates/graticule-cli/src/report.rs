@@ -2,7 +2,7 @@
 
 use graticule::watch::{StageTime, Warning, Watch};
 use serde::Serialize;
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::failure::Failure;
 
@@ -10,7 +10,9 @@ use crate::failure::Failure;
 #[derive(Serialize)]
 pub(crate) struct Report {
     graticule: &'static str,
-    command: &'static str,
+    command: String,
+    /// Why there is no result; `null` where there is one.
+    error: Value,
     pub(crate) input: Value,
     pub(crate) options: Value,
     pub(crate) repair: Value,
@@ -23,10 +25,11 @@ pub(crate) struct Report {
 
 impl Report {
     /// A report without figures yet.
-    pub(crate) fn new(command: &'static str, options: Value) -> Self {
+    pub(crate) fn new(command: impl Into<String>, options: Value) -> Self {
         Self {
             graticule: env!("CARGO_PKG_VERSION"),
-            command,
+            command: command.into(),
+            error: Value::Null,
             input: Value::Null,
             options,
             repair: Value::Null,
@@ -35,6 +38,15 @@ impl Report {
             warnings: Vec::new(),
             times: Vec::new(),
             peak_memory_bytes: None,
+        }
+    }
+
+    /// The report of a run without result.
+    pub(crate) fn failed(command: String, options: Value, failure: &Failure) -> Self {
+        let error = json!({ "fact": failure.fact, "hint": failure.hint });
+        Self {
+            error,
+            ..Self::new(command, options)
         }
     }
 

@@ -11,14 +11,19 @@ use graticule::watch::{Stopped, Watch};
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::arguments::CommonOptions;
+use crate::arguments::{Command, CommonOptions};
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::report::to_value;
+use crate::output::write_whole;
+use crate::report::{Report, to_value};
+use crate::signals;
 
 /// How long a computation that was told to stop may go on before the program ends anyway.
 /// Factorisations cannot be asked to stop; everything else answers within milliseconds.
 const PATIENCE: Duration = Duration::from_millis(1500);
+
+/// Share of a time limit by which it may be overrun for the same reason.
+const OVERRUN: f64 = 0.1;
 
 /// What every command needs beside its own options.
 pub(crate) struct Session {
@@ -39,7 +44,7 @@ impl Session {
             let limit = Duration::from_secs_f64(seconds);
             watch = watch.with_time_limit(limit);
             end_after(
-                limit + PATIENCE,
+                limit + limit.mul_f64(OVERRUN).min(PATIENCE),
                 Stopped::OutOfTime { limit },
                 &console,
                 &writing,
@@ -65,8 +70,34 @@ impl Session {
         if let (Value::Object(own), Value::Object(common)) = (&mut report, to_value(&self.common)?)
         {
             own.extend(common);
+            own.insert("threads".into(), rayon::current_num_threads().into());
         }
         Ok(report)
+    }
+
+    /// Writes the report of a run that failed, unless the user stopped it, to where the report was
+    /// to go. What goes wrong with that is not told: the failure is.
+    pub(crate) fn report_failure(&self, command: &Command, failure: &Failure) {
+        if self.watch.check() == Err(Stopped::Cancelled) {
+            return;
+        }
+        let Ok(Value::Object(named)) = to_value(command) else {
+            return;
+        };
+        for (name, options) in named {
+            let report = self
+                .options_to_report(&options)
+                .and_then(|options| Report::failed(name, options, failure).into_json(&self.watch));
+            let Ok(json) = report else {
+                continue;
+            };
+            if let Some(path) = &self.common.report {
+                let _ = write_whole(path, |out| out.write_all(json.as_bytes()));
+            }
+            if self.common.json {
+                let _ = self.console.data(json.as_bytes());
+            }
+        }
     }
 
     /// Asks for the last time whether to go on, then holds off every guard until the program
@@ -123,13 +154,13 @@ fn end_on_interrupt(
 ) -> Result<(), Failure> {
     let (sender, receiver) = mpsc::channel();
     let cancel = watch.cancel_handle();
-    ctrlc::set_handler(move || {
+    signals::on_each(move || {
         cancel.cancel();
         let _ = sender.send(());
     })
     .map_err(|error| {
         Failure::new(
-            format!("the handler for Ctrl-C could not be set: {error}"),
+            format!("signals such as Ctrl-C could not be listened to: {error}"),
             "run the command outside the program that started it",
         )
     })?;

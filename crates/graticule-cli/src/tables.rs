@@ -56,7 +56,7 @@ pub(crate) fn measure_table(measure: &MapMeasure) -> Table {
     let mut table = Table::new();
     let faces = &measure.faces;
     let mut triangles = format!(
-        "{}: {} flipped, {} degenerate",
+        "{}: {} flipped, {} with next to no area",
         faces.total, faces.flipped, faces.degenerate
     );
     for (count, what) in [

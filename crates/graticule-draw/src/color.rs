@@ -22,6 +22,8 @@ impl Color {
     pub const MISSING: Self = Self::hex(0x009a_9a9a);
     /// Flipped triangles.
     pub const FLIPPED: Self = Self::hex(0x00e3_001b);
+    /// Triangles that overlap others in a layout.
+    pub const OVERLAPPING: Self = Self::hex(0x00f0_9a1a);
     /// What the far side of a surface is tinted with.
     pub const FAR_SIDE: Self = Self::hex(0x00a8_6a3a);
     /// Seams of a layout.

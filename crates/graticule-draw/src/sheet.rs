@@ -11,6 +11,9 @@ use crate::{Color, Eye, Layer, Lines, Panel, Picture, Points};
 
 /// Panels with more triangles than this are embedded in an SVG as an image.
 const MOST_VECTOR_TRIANGLES: usize = 4000;
+/// Polygons of a panel, parts of triangles between the lines of a checker counted apart, beyond
+/// which an image is smaller and drawn faster.
+const MOST_VECTOR_POLYGONS: usize = 12_000;
 /// Height of a line of text, in font sizes.
 const LINE_HEIGHT: f64 = 1.4;
 /// Space around a drawing, in font sizes.
@@ -194,9 +197,12 @@ impl Drawing<'_> {
             .layers
             .iter()
             .any(|layer| matches!(layer, Layer::Lines(_) | Layer::Points(_)));
-        let as_shapes = medium == Medium::Shapes && count <= MOST_VECTOR_TRIANGLES;
+        let may_be_shapes = medium == Medium::Shapes && count <= MOST_VECTOR_TRIANGLES;
+        let polygons = may_be_shapes
+            .then(|| painted_triangles(self.panel, &self.camera, self.corner))
+            .filter(|polygons| polygons.len() <= MOST_VECTOR_POLYGONS);
         // Lines and points in space need the depths to tell what is hidden.
-        let needs_raster = count > 0 && (!as_shapes || (in_space && over_triangles));
+        let needs_raster = count > 0 && (polygons.is_none() || (in_space && over_triangles));
         let raster = needs_raster.then(|| {
             rasterize(
                 self.panel,
@@ -205,8 +211,8 @@ impl Drawing<'_> {
             )
         });
         let strokes = self.strokes(raster.as_ref().filter(|_| in_space));
-        if as_shapes {
-            shapes.extend(painted_triangles(self.panel, &self.camera, self.corner));
+        if let Some(polygons) = polygons {
+            shapes.extend(polygons);
         } else if let Some(raster) = raster {
             let corner = self.corner;
             shapes.push(Shape::Image { corner, raster });

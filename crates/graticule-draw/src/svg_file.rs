@@ -17,8 +17,8 @@ const TILE_STROKE: f64 = 0.4;
 impl Picture {
     /// The picture as the text of an SVG file.
     ///
-    /// Panels of at most 4000 triangles are drawn as polygons from back to front; in larger ones
-    /// the triangles are an embedded image, and lines, dots, legend and text remain shapes.
+    /// Panels of at most 4000 triangles, in at most 12 000 parts between the lines of checkers, are
+    /// drawn as polygons from back to front; in larger ones the triangles are an embedded image, and lines, dots, legend and text remain shapes.
     #[must_use]
     pub fn to_svg(&self) -> String {
         let [width, height] = self.size();

@@ -5,8 +5,8 @@ use crate::checker::{finite_faces, layout_box};
 use crate::scene::in_plane;
 use crate::surface::{faint_lines, is_seam};
 use crate::{
-    CheckerStyle, Color, DrawError, Eye, Figure, Lines, Paint, Panel, Points, Shading, Squares,
-    Triangles,
+    CheckerStyle, Color, DrawError, Eye, Figure, Legend, Lines, Paint, Panel, Points, Shading,
+    Squares, Triangles,
 };
 
 /// Flipped triangles are ringed if there are no more than this; beyond, they are seen anyway.
@@ -30,6 +30,8 @@ pub struct LayoutStyle<'a> {
     /// Which triangles count as flipped; by default those whose corners run clockwise. A measure
     /// tells them from islands that are mirrored as a whole.
     pub flipped: Option<&'a PerFace<bool>>,
+    /// Triangles that overlap others, drawn in orange unless they are flipped.
+    pub overlapping: Option<&'a PerFace<bool>>,
 }
 
 impl Default for LayoutStyle<'_> {
@@ -42,6 +44,7 @@ impl Default for LayoutStyle<'_> {
             boundary: true,
             flips: true,
             flipped: None,
+            overlapping: None,
         }
     }
 }
@@ -60,50 +63,99 @@ pub fn uv_layout(
     style: &LayoutStyle<'_>,
 ) -> Result<Panel, DrawError> {
     layout_box(surface, uvs)?;
-    let faces: Vec<FaceId> = finite_faces(surface, uvs).collect();
-    let is_flipped = |face: &FaceId| {
-        let given = style
-            .flipped
-            .and_then(|flipped| flipped.as_slice().get(face.index()));
-        style.flips
-            && given
-                .copied()
-                .unwrap_or_else(|| doubled_area(uvs, *face) < 0.0)
-    };
-    let (flipped, upright): (Vec<FaceId>, Vec<FaceId>) =
-        faces.iter().partition(|face| is_flipped(face));
-    let (paint, legend) = match &style.figure {
-        Some(figure) => figure
-            .paint(surface)
-            .map(|(paint, legend)| (paint, Some(legend)))?,
-        None => (Paint::Uniform(style.color), None),
-    };
-    let mut fill = loose_triangles(uvs, &upright, of_faces(paint, surface, &upright));
-    if let Some(squares) = style.checker {
-        let mut checker = CheckerStyle { uvs, squares }.checker(surface)?;
-        let corners = upright.iter().map(|face| checker.corners[face.index()]);
-        checker.corners = corners.collect();
-        fill.checker = Some(checker);
-    }
+    let faces = SortedFaces::of(surface, uvs, style);
+    let (fill, legend) = filled(surface, uvs, style, &faces.sound)?;
+    let orange = Paint::Uniform(Color::OVERLAPPING);
+    let red = Paint::Uniform(Color::FLIPPED);
     // Flipped triangles come last, so that nothing covers them.
-    let red = loose_triangles(uvs, &flipped, Paint::Uniform(Color::FLIPPED));
-    let mut layers = vec![fill.into(), red.into()];
+    let mut layers = vec![
+        fill.into(),
+        loose_triangles(uvs, &faces.overlapping, orange).into(),
+        loose_triangles(uvs, &faces.flipped, red).into(),
+    ];
     if style.edges {
         layers.push(edge_lines(surface, uvs).into());
     }
     if style.boundary {
         layers.push(outline(surface, uvs).into());
     }
-    if !flipped.is_empty() && flipped.len() <= MOST_RINGS {
-        layers.push(rings(uvs, &flipped).into());
+    if !faces.flipped.is_empty() && faces.flipped.len() <= MOST_RINGS {
+        layers.push(rings(uvs, &faces.flipped).into());
     }
     Ok(Panel {
         eye: Eye::Plane,
         layers,
         legend,
         caption: None,
-        notes: notes(flipped.len(), surface.mesh().face_count() - faces.len()),
+        notes: faces.notes(),
     })
+}
+
+/// The triangles of a layout by how they are drawn.
+struct SortedFaces {
+    sound: Vec<FaceId>,
+    overlapping: Vec<FaceId>,
+    flipped: Vec<FaceId>,
+    left_out: usize,
+}
+
+impl SortedFaces {
+    fn of(surface: &Surface, uvs: &PerCorner<DVec2>, style: &LayoutStyle<'_>) -> Self {
+        let flag = |flags: Option<&PerFace<bool>>, face: FaceId| {
+            flags.and_then(|flags| flags.as_slice().get(face.index()).copied())
+        };
+        let is_flipped = |&face: &FaceId| {
+            let given = flag(style.flipped, face);
+            style.flips && given.unwrap_or_else(|| doubled_area(uvs, face) < 0.0)
+        };
+        let is_overlapping = |&face: &FaceId| flag(style.overlapping, face).unwrap_or_default();
+        let (flipped, upright): (Vec<_>, Vec<_>) = finite_faces(surface, uvs).partition(is_flipped);
+        let (overlapping, sound): (Vec<_>, Vec<_>) = upright.into_iter().partition(is_overlapping);
+        let drawn = flipped.len() + overlapping.len() + sound.len();
+        Self {
+            left_out: surface.mesh().face_count() - drawn,
+            sound,
+            overlapping,
+            flipped,
+        }
+    }
+
+    fn notes(&self) -> Vec<String> {
+        let note = |count: usize, kind: &str, more: &str| match count {
+            0 => None,
+            1 => Some(format!("1 {kind}triangle{more}")),
+            _ => Some(format!("{count} {kind}triangles{more}")),
+        };
+        let notes = [
+            note(self.flipped.len(), "flipped ", ""),
+            note(self.overlapping.len(), "overlapping ", ""),
+            note(self.left_out, "", " without coordinates"),
+        ];
+        notes.into_iter().flatten().collect()
+    }
+}
+
+/// The triangles that have nothing to be marked for, in the colours of the style.
+fn filled(
+    surface: &Surface,
+    uvs: &PerCorner<DVec2>,
+    style: &LayoutStyle<'_>,
+    faces: &[FaceId],
+) -> Result<(Triangles, Option<Legend>), DrawError> {
+    let (paint, legend) = match &style.figure {
+        Some(figure) => figure
+            .paint(surface)
+            .map(|(paint, legend)| (paint, Some(legend)))?,
+        None => (Paint::Uniform(style.color), None),
+    };
+    let mut fill = loose_triangles(uvs, faces, of_faces(paint, surface, faces));
+    if let Some(squares) = style.checker {
+        let mut checker = CheckerStyle { uvs, squares }.checker(surface)?;
+        let corners = faces.iter().map(|face| checker.corners[face.index()]);
+        checker.corners = corners.collect();
+        fill.checker = Some(checker);
+    }
+    Ok((fill, legend))
 }
 
 /// Twice the signed area of a triangle in the layout.
@@ -216,16 +268,4 @@ fn rings(uvs: &PerCorner<DVec2>, faces: &[FaceId]) -> Points {
         radius: 9.0,
         ring: true,
     }
-}
-
-fn notes(flipped: usize, left_out: usize) -> Vec<String> {
-    let plural = |count: usize| if count == 1 { "" } else { "s" };
-    let flips = (flipped > 0).then(|| format!("{flipped} flipped triangle{}", plural(flipped)));
-    let missing = (left_out > 0).then(|| {
-        format!(
-            "{left_out} triangle{} without coordinates",
-            plural(left_out)
-        )
-    });
-    flips.into_iter().chain(missing).collect()
 }

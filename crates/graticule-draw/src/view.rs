@@ -66,7 +66,8 @@ impl Frame {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum View {
     /// Found from the surface: a patch faces the viewer; other surfaces are seen in three-quarter
-    /// view from a little above, y upright, their longer side across.
+    /// view from a little above, their longer side across. y is upright, or z for a surface that
+    /// stands on the plane z = 0 and not on y = 0.
     #[default]
     Automatic,
     /// From this direction.
@@ -95,6 +96,24 @@ impl View {
 /// count as a patch with a face: a hemisphere keeps a half, a full cylinder nothing.
 const FACING_SHARE: f64 = 0.25;
 
+/// Distance from a coordinate plane, over the largest extent, up to which a surface stands on it.
+const STANDING: f64 = 1e-3;
+
+/// The frame of a viewer before the surface, upright, who has not chosen a side yet.
+fn standing_frame(surface: &Surface) -> Frame {
+    let [low, high] = surface.bounding_box();
+    let extent = (high - low).max_element();
+    let stands = |low: f64, high: f64| low.abs() <= STANDING * extent && high > 0.05 * extent;
+    if stands(low.z, high.z) && !stands(low.y, high.y) {
+        return Frame {
+            right: DVec3::X,
+            up: DVec3::Z,
+            toward: DVec3::NEG_Y,
+        };
+    }
+    Frame::PLANE
+}
+
 fn automatic_frame(surface: &Surface) -> Frame {
     let exposure = Exposure::of(surface);
     let open = surface.mesh().boundary_loop_count() > 0;
@@ -109,14 +128,16 @@ fn automatic_frame(surface: &Surface) -> Frame {
 /// seen from below its upper edge, as one looks onto a ground plane.
 fn patch_frame(surface: &Surface, normal: DVec3) -> Frame {
     let normal = normal.normalize_or(DVec3::Z);
-    let size = size_in(surface, &Frame::PLANE);
+    let standing = standing_frame(surface);
+    let size = size_in(surface, &standing);
     // One that lies on its back or face is held with a much longer side across.
-    let up = if normal.y.abs() < 0.8 {
-        DVec3::Y
+    let rise = standing.up.dot(normal);
+    let up = if rise.abs() < 0.8 {
+        standing.up
     } else if 1.5 * size.x >= size.z {
-        DVec3::NEG_Z * normal.y.signum()
+        -standing.toward * rise.signum()
     } else {
-        DVec3::X
+        standing.right
     };
     let frame = Frame::new(normal, up).unwrap_or(Frame::PLANE);
     let size = size_in(surface, &frame);
@@ -129,22 +150,23 @@ fn patch_frame(surface: &Surface, normal: DVec3) -> Frame {
     }
 }
 
-/// Other surfaces stand on y; the wider side lies across, and the side with more area (more
+/// Other surfaces stand upright; the wider side lies across, and the side with more area (more
 /// detail) faces the viewer.
 fn body_frame(surface: &Surface, exposure: &Exposure) -> Frame {
-    let size = size_in(surface, &Frame::PLANE);
-    let (front, shares) = if size.x >= size.z {
-        (DVec3::Z, exposure.facing_z)
+    let standing = standing_frame(surface);
+    let size = size_in(surface, &standing);
+    let front = if size.x >= size.z {
+        standing.toward
     } else {
-        (DVec3::X, exposure.facing_x)
+        standing.right
     };
     // A clear majority only: on symmetric surfaces the two are equal up to rounding.
-    let front = if shares[0] < 0.999 * shares[1] {
+    let front = if exposure.facing(front) < 0.999 * exposure.facing(-front) {
         -front
     } else {
         front
     };
-    let frame = Frame::new(front, DVec3::Y).unwrap_or(Frame::PLANE);
+    let frame = Frame::new(front, standing.up).unwrap_or(standing);
     let lies_flat = size.y < 0.4 * size.x.max(size.z);
     frame.turned(30.0, if lies_flat { 35.0 } else { 18.0 })
 }
@@ -168,10 +190,9 @@ fn size_in(surface: &Surface, frame: &Frame) -> DVec3 {
 struct Exposure {
     /// Mean of the unit normals by area; zero for closed surfaces.
     mean_normal: DVec3,
-    /// Area that faces +x and -x, as shares of the whole.
-    facing_x: [f64; 2],
-    /// Area that faces +z and -z, as shares of the whole.
-    facing_z: [f64; 2],
+    /// Area that faces along each axis, and against it.
+    along: DVec3,
+    against: DVec3,
 }
 
 impl Exposure {
@@ -181,22 +202,33 @@ impl Exposure {
         let mut total = 0.0;
         let mut result = Self {
             mean_normal: DVec3::ZERO,
-            facing_x: [0.0; 2],
-            facing_z: [0.0; 2],
+            along: DVec3::ZERO,
+            against: DVec3::ZERO,
         };
         for face in surface.mesh().faces() {
             let [a, b, c] = surface.corner_positions(face).map(|p| (p - low) / extent);
             let normal = (b - a).cross(c - a);
             let area = normal.length();
             result.mean_normal += normal;
-            result.facing_x[usize::from(normal.x < 0.0)] += area;
-            result.facing_z[usize::from(normal.z < 0.0)] += area;
+            for axis in 0..3 {
+                if normal[axis] < 0.0 {
+                    result.against[axis] += area;
+                } else {
+                    result.along[axis] += area;
+                }
+            }
             total += area;
         }
         if total > 0.0 {
             result.mean_normal /= total;
         }
         result
+    }
+
+    /// Area that faces into a direction, which is that of an axis or its opposite.
+    fn facing(&self, direction: DVec3) -> f64 {
+        let [along, against] = [self.along, self.against];
+        along.dot(direction.max(DVec3::ZERO)) + against.dot((-direction).max(DVec3::ZERO))
     }
 }
 
@@ -264,5 +296,19 @@ mod tests {
             let frame = View::Automatic.frame(&surface).unwrap();
             assert!(frame.toward.dot(turn) > 0.7, "{turn}");
         }
+    }
+
+    #[test]
+    fn what_stands_on_the_plane_z_0_is_held_upright() {
+        let tower = graticule_fixtures::cylinder_closed(1.0, 3.0, 12, 4);
+        let up = |change: fn(DVec3) -> DVec3| {
+            let tower = tower.clone().map(change);
+            let surface = Surface::from_triangles(tower.positions, &tower.triangles).unwrap();
+            let frame = View::Automatic.frame(&surface).unwrap();
+            [DVec3::Y, DVec3::Z].map(|axis| frame.coordinates(axis).y > 0.9)
+        };
+        assert_eq!(up(|p| p), [false, true]);
+        assert_eq!(up(|p| DVec3::new(p.x, p.z, -p.y)), [true, false]);
+        assert_eq!(up(|p| p - DVec3::Z * 1.5), [true, false]);
     }
 }

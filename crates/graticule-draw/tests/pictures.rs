@@ -1,7 +1,7 @@
 //! Pictures as their readers see them: decoded pixels and parsed shapes.
 
 use glam::{DVec2, DVec3};
-use graticule::mesh::{Element, PerCorner, PerFace, PerVertex, Surface};
+use graticule::mesh::{Element, FaceId, PerCorner, PerFace, PerVertex, Surface};
 use graticule_draw::{
     CheckerStyle, Color, ColorMap, ColorScale, DrawError, Eye, Figure, Frame, Layer, LayoutStyle,
     Legend, Lines, Paint, Panel, Picture, Points, Range, Shading, Squares, SurfaceStyle, Triangles,
@@ -259,6 +259,39 @@ fn a_flipped_triangle_is_red_and_counted() {
     let (notes, flipped) = image(&uvs);
     assert_eq!(notes, ["1 flipped triangle"]);
     assert!(flipped.count(Color::FLIPPED) > 300);
+}
+
+#[test]
+fn overlapping_triangles_are_orange_and_counted() {
+    let square = surface_of(&graticule_fixtures::grid(1.0, 1.0, 2, 2));
+    let uvs = uvs_of(&square, DVec3::truncate);
+    let overlapping = PerFace::from_fn(square.mesh().face_count(), |face: FaceId| face.0 < 2);
+    let style = LayoutStyle {
+        overlapping: Some(&overlapping),
+        ..LayoutStyle::default()
+    };
+    let panel = uv_layout(&square, &uvs, &style).unwrap();
+    assert_eq!(panel.notes, ["2 overlapping triangles"]);
+    assert!(Image::of(&picture(panel)).count(Color::OVERLAPPING) > 300);
+}
+
+#[test]
+fn a_checker_that_cuts_triangles_to_shreds_becomes_an_image_in_svg() {
+    let square = surface_of(&graticule_fixtures::grid(1.0, 1.0, 20, 20));
+    let uvs = uvs_of(&square, |p| p.truncate() * 400.0);
+    let style = SurfaceStyle {
+        checker: Some(CheckerStyle {
+            uvs: &uvs,
+            squares: Squares::OfSide(1.0),
+        }),
+        ..SurfaceStyle::default()
+    };
+    let svg = picture(surface(&square, &style).unwrap()).to_svg();
+    assert!(
+        svg.contains("<image ") && svg.len() < 2_000_000,
+        "{}",
+        svg.len()
+    );
 }
 
 #[test]

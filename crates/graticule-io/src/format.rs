@@ -3,6 +3,8 @@ use std::fmt;
 use std::path::Path;
 use std::str::FromStr;
 
+use glam::DVec2;
+
 use crate::ReadError;
 use crate::error::quoted;
 
@@ -44,6 +46,19 @@ impl Format {
             Self::Stl => "stl",
             Self::Gltf => "gltf",
             Self::Glb => "glb",
+        }
+    }
+
+    /// Texture coordinates as they come back from a file of this format: glTF holds them in single
+    /// precision and counts v from the top; all others hold them as they are.
+    #[must_use]
+    pub fn stored_uv(self, uv: DVec2) -> DVec2 {
+        match self {
+            Self::Gltf | Self::Glb => {
+                let [u, down] = [uv.x, 1.0 - uv.y].map(|part| f64::from(part as f32));
+                DVec2::new(u, 1.0 - down)
+            }
+            Self::Obj | Self::Ply | Self::Off | Self::Stl => uv,
         }
     }
 

@@ -18,6 +18,8 @@ pub struct MeshFile {
     pub soup: PolygonSoup,
     /// The format that the content is of, whatever the name says.
     pub format: Format,
+    /// Whether a PLY or STL file is in its text form rather than a binary one.
+    pub ascii: bool,
     /// What the file has that the soup has not, and what was odd about it.
     pub warnings: Vec<Warning>,
 }
@@ -107,6 +109,7 @@ fn same_family(a: Format, b: Format) -> bool {
 pub(crate) struct Draft {
     pub(crate) soup: PolygonSoup,
     pub(crate) freeform: usize,
+    pub(crate) ascii: bool,
     format: Format,
     warnings: Vec<Warning>,
 }
@@ -116,6 +119,7 @@ impl Draft {
         Self {
             soup: PolygonSoup::default(),
             freeform: 0,
+            ascii: false,
             format,
             warnings: Vec::new(),
         }
@@ -144,6 +148,7 @@ impl Draft {
         Ok(MeshFile {
             soup: self.soup,
             format: self.format,
+            ascii: self.ascii,
             warnings: self.warnings,
         })
     }

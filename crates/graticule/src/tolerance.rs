@@ -154,6 +154,10 @@ pub const REFINEMENT_GAIN: f64 = 0.5;
 /// Corrections of ordinary patches end below 1e-9 even with a million vertices.
 pub const DETERMINED: f64 = 1e-6;
 
+/// Area of a patch, over its squared extent, below which thinness explains that its conformal energy
+/// has no digits left: that energy's condition grows with the fourth power of length over width.
+pub const THIN_AREA: f64 = 1e-3;
+
 /// Relative accuracy of an eigenvector at which the iteration ends.
 ///
 /// The step after it gains further digits; the residual is checked against [`LINEAR_RESIDUAL`].

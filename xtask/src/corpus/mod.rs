@@ -132,6 +132,9 @@ fn finish(
     } else if accepted.is_file() {
         let accepted = Table::accepted(&read(&accepted)?)?;
         faults.extend(table.differences(&accepted, options.only.is_none()));
+    } else {
+        let message = "xtask/corpus.json is missing: look at the table, then take it with --accept";
+        faults.push(message.into());
     }
     if faults.is_empty() {
         let runs = table.run_count();

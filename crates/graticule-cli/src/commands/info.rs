@@ -24,7 +24,7 @@ const LISTED_COMPONENTS: usize = ElementList::<u32>::SHOWN;
 /// Options of `graticule info`.
 #[derive(Args, Debug, Serialize)]
 pub(crate) struct Options {
-    /// The mesh to look at
+    /// The mesh to look at; - is standard input
     #[arg(value_name = "MESH")]
     mesh: PathBuf,
     #[command(flatten)]
@@ -66,6 +66,8 @@ pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {
 /// The surface after repair: sizes and topology.
 struct Described {
     topology: Topology,
+    /// The largest extent, in which the two below are given.
+    unit: f64,
     mean_edge_length: f64,
     area: f64,
 }
@@ -73,20 +75,21 @@ struct Described {
 impl Described {
     fn of(repaired: &Repaired) -> Self {
         let surface = &repaired.surface;
-        let [mean_edge_length, area] = sizes(surface);
+        let [unit, mean_edge_length, area] = sizes(surface);
         Self {
             topology: Topology::of(surface.mesh()),
+            unit,
             mean_edge_length,
             area,
         }
     }
 }
 
-/// Mean length of an edge, and area.
-fn sizes(surface: &Surface) -> [f64; 2] {
+/// The largest extent; in this unit the mean length of an edge, and the area, so that no square
+/// overflows or vanishes.
+fn sizes(surface: &Surface) -> [f64; 3] {
     let mesh = surface.mesh();
     let [low, high] = surface.bounding_box();
-    // Computed at unit extent, so that no square overflows or vanishes.
     let unit = (high - low).max_element();
     let length = |edge| (surface.halfedge_vector(mesh.edge_halfedge(edge)) / unit).length();
     let area = |face| {
@@ -95,10 +98,7 @@ fn sizes(surface: &Surface) -> [f64; 2] {
     };
     let lengths: f64 = mesh.edges().map(length).sum();
     let areas: f64 = mesh.faces().map(area).sum();
-    [
-        lengths * unit / mesh.edge_count() as f64,
-        areas * unit * unit,
-    ]
+    [unit, lengths / mesh.edge_count() as f64, areas]
 }
 
 /// Extent along each axis of the vertices that are finite; `None` where there is none.
@@ -120,8 +120,8 @@ impl Described {
             "components": components.len(),
             "total": total,
             "listed_components": listed,
-            "mean_edge_length": self.mean_edge_length,
-            "area": self.area,
+            "mean_edge_length": self.mean_edge_length * self.unit,
+            "area": self.area * self.unit * self.unit,
         })
     }
 
@@ -283,7 +283,15 @@ fn surface_table(surface: &Described) -> Table {
         total.euler_characteristic,
     );
     table.row("topology", topology);
-    table.row("mean edge", figure(surface.mean_edge_length));
-    table.row("area", figure(surface.area));
+    let unit = surface.unit;
+    table.row("mean edge", figure(surface.mean_edge_length * unit));
+    let area = surface.area * unit * unit;
+    let text = if area.is_normal() || surface.area == 0.0 {
+        figure(area)
+    } else {
+        // Beyond the range of double precision.
+        format!("{} × {}²", figure(surface.area), figure(unit))
+    };
+    table.row("area", text);
     table
 }

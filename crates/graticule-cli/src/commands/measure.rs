@@ -22,7 +22,7 @@ use crate::uvs;
 /// Options of `graticule measure`.
 #[derive(Args, Debug, Serialize)]
 pub(crate) struct Options {
-    /// The mesh with texture coordinates
+    /// The mesh with texture coordinates; - is standard input
     #[arg(value_name = "MESH")]
     mesh: PathBuf,
     /// Measure from this mesh, of the same polygons, instead of MESH's own positions; where MESH
@@ -58,7 +58,8 @@ pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {
     if let Some(format) = plan.picture_format() {
         let _stage = session.watch.stage("draw");
         let map: PerCorner<DVec2> = map.map(|uv| uv.unwrap_or(DVec2::NAN));
-        outcome.picture = Some(format.encode(&map_picture(&repaired.surface, &map, &measure)?));
+        let picture = map_picture(&repaired.surface, &map, &measure, &session.watch)?;
+        outcome.picture = Some(format.encode(&picture));
     }
     outcome.text = measure_table(&measure).to_string();
     plan.finish(session, outcome)

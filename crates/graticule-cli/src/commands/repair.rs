@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use graticule::mesh::Topology;
+use graticule::mesh::{PolygonSoup, RepairChanges, Topology};
 use graticule_io::Format;
 use serde::Serialize;
 use serde_json::json;
@@ -20,7 +20,7 @@ use crate::session::Session;
 /// Options of `graticule repair`.
 #[derive(Args, Debug, Serialize)]
 pub(crate) struct Options {
-    /// The mesh to repair
+    /// The mesh to repair; - is standard input
     #[arg(value_name = "MESH")]
     mesh: PathBuf,
     /// Where to write the repaired mesh; - is standard output
@@ -53,9 +53,22 @@ pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {
         let _stage = session.watch.stage("draw");
         outcome.picture = Some(format.encode(&surface_picture(&repaired.surface)?));
     }
-    outcome.remarks = remarks(&repaired.changes.sentences());
-    outcome.mesh = Some(repaired.to_soup(&input.soup));
+    let soup = repaired.to_soup(&input.soup);
+    let told = RepairChanges {
+        // Polygons that are written whole were cut for the inspection only.
+        polygons_triangulated: polygons(&input.soup).saturating_sub(polygons(&soup)),
+        ..repaired.changes.clone()
+    };
+    outcome.remarks = remarks(&told.sentences());
+    outcome.mesh = Some(soup);
+    outcome.ascii = input.ascii;
     plan.finish(session, outcome)
+}
+
+/// How many have more than three corners.
+fn polygons(soup: &PolygonSoup) -> usize {
+    let polygons = soup.polygons.iter();
+    polygons.filter(|corners| corners.len() > 3).count()
 }
 
 fn remarks(sentences: &[String]) -> String {

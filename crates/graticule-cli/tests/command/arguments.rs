@@ -50,6 +50,13 @@ fn options_that_do_not_go_together_are_told() {
         "--method fixed --boundary circle --aspect 2",
         "--method fixed --weights uniform --intrinsic-delaunay",
         "--method fixed --holes fixed",
+        "--pin 3:0,0 --pin 3:1,0",
+        "--pin 3:0,1 --pin 4:0,1",
+        "--method fixed --boundary square --corner 1 --corner 2 --corner 1 --corner 4",
+        "--method fixed --boundary rectangle --aspect 0",
+        "--method fixed --boundary rectangle --aspect -2",
+        "--method fixed --boundary rectangle --aspect 1e7",
+        "--method fixed --boundary rectangle --aspect nan",
     ] {
         bench.refuse(2, &format!("flatten patch.obj -o out.obj {options}"));
     }

@@ -322,3 +322,76 @@ fn options_of_other_methods_are_refused_before_any_work() {
         bench.refuse(2, &format!("flatten patch.obj -o no.obj {options}"));
     }
 }
+
+#[test]
+fn the_report_tells_the_options_in_force() {
+    let bench = Bench::with(&disk(3));
+    bench.succeed("flatten patch.obj -o out.obj --method fixed --report report.json --threads 2");
+    let options = &bench.json("report.json")["options"];
+    assert_eq!(options["weights"], "cotangent");
+    assert_eq!(options["boundary"], "circle");
+    assert_eq!(options["holes"], "filled");
+    assert_eq!(options["scale"], "unit-square");
+    assert_eq!(options["threads"], 2);
+}
+
+#[test]
+fn what_is_measured_is_what_the_file_holds() {
+    let bench = Bench::with(&bumpy_patch(8, 2));
+    for extension in ["glb", "obj", "ply"] {
+        bench.succeed(&format!(
+            "flatten patch.obj -o out.{extension} --report made.json"
+        ));
+        bench.succeed(&format!(
+            "measure out.{extension} --reference patch.obj --report read.json"
+        ));
+        let [made, read] = ["made.json", "read.json"]
+            .map(|name| bench.json(name)["measure"]["packing"]["bounding_box"].clone());
+        assert_eq!(made, read, "{extension}");
+    }
+}
+
+#[test]
+fn a_map_that_overlaps_itself_is_told_with_a_way_out() {
+    // A flat strip wound up twice: without curvature, so that the map is the strip itself.
+    let bench = Bench::with(&grid(1.0, 1.0, 96, 2).map(|p| {
+        let (sin, cos) = (-4.0 * std::f64::consts::PI * p.x).sin_cos();
+        glam::DVec3::new(cos * (1.0 + p.y), sin * (1.0 + p.y), 0.3 * p.x)
+    }));
+    let run = bench.succeed("flatten patch.obj -o out.obj --report report.json --picture p.png");
+    assert!(run.stderr.contains("--no-overlap"), "{}", run.stderr);
+    let report = bench.json("report.json");
+    assert_eq!(report["warnings"][0]["code"], "overlap");
+    assert_eq!(report["measure"]["faces"]["flipped"], 0);
+    bench.succeed(
+        "flatten patch.obj -o out.obj --method fixed --weights mean-value --report r.json",
+    );
+    assert_eq!(bench.json("r.json")["measure"]["overlap"]["any"], false);
+}
+
+#[test]
+fn errors_name_the_vertices_of_the_file() {
+    // The first vertex is unused, so that the surface numbers one less.
+    let bench = Bench::new();
+    bench.write(
+        "patch.obj",
+        "v 9 9 9\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\n\
+         f 2/1 3/2 4/3\nf 2/1 4/3 5\n",
+    );
+    let fact = bench.refuse(
+        1,
+        "flatten patch.obj -o out.obj --method fixed --boundary given",
+    );
+    assert!(fact.contains("vertex 4 of the file"), "{fact}");
+    bench.write(
+        "twice.obj",
+        "v 9 9 9\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvt 0 2\n\
+         f 2/1 3/2 4/3\nf 2/5 4/3 5/4\n",
+    );
+    let run = bench.succeed("flatten twice.obj -o out.obj --method fixed --boundary given");
+    assert!(
+        run.stderr.contains("several texture coordinates: 1"),
+        "{}",
+        run.stderr
+    );
+}

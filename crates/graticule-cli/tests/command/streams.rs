@@ -41,6 +41,7 @@ fn the_report_on_standard_output_is_alone_there() {
         let expected = [
             "graticule",
             "command",
+            "error",
             "input",
             "options",
             "repair",
@@ -110,6 +111,62 @@ fn a_time_limit_that_is_too_short_is_told_and_leaves_nothing() {
     let bench = Bench::with(&bumpy_patch(60, 1));
     let fact = bench.refuse(1, "flatten patch.obj -o out.obj --max-seconds 0.000001");
     assert!(fact.contains("time limit"), "{fact}");
+}
+
+#[test]
+fn a_failure_is_reported_too() {
+    let bench = Bench::new();
+    bench.write("cube.obj", &crate::bench::obj(&graticule_fixtures::cube()));
+    let run = bench.run("flatten cube.obj -o out.obj --report report.json --json");
+    assert_eq!(run.code, 1);
+    assert_eq!(run.stdout, bench.read("report.json"));
+    let report = bench.json("report.json");
+    let fact = report["error"]["fact"].as_str().unwrap();
+    assert!(run.stderr.contains(fact), "{fact}");
+    assert_eq!(report["command"], "flatten");
+    assert_eq!(report["options"]["method"], "natural");
+    assert!(report["result"].is_null());
+    assert_eq!(bench.files(), ["cube.obj", "report.json"]);
+    bench.refuse(2, "flatten cube.obj -o out.xyz --report none.json");
+}
+
+#[test]
+fn a_mesh_is_read_from_standard_input() {
+    let bench = Bench::new();
+    let run = |words: &str, text: &str| {
+        let words = words.split(' ');
+        let run = bench.command().args(words).write_stdin(text).output();
+        let run = run.unwrap();
+        assert!(
+            run.status.success(),
+            "{}",
+            String::from_utf8_lossy(&run.stderr)
+        );
+        String::from_utf8(run.stdout).unwrap()
+    };
+    let text = crate::bench::obj(&bumpy_patch(3, 1));
+    let flat = run("flatten - -o - --format obj --quiet", &text);
+    assert!(flat.contains("\nvt "));
+    assert!(run("measure -", &flat).contains("one to one"));
+    assert!(run("info -", &flat).starts_with("<stdin>\n"));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_command_started_by_nohup_outlives_its_terminal() {
+    let bench = Bench::with(&bumpy_patch(150, 1));
+    let program = assert_cmd::cargo::cargo_bin!("graticule");
+    let script = format!(
+        "trap '' HUP; {} flatten patch.obj -o out.obj --quiet & \
+         for i in 1 2 3 4 5 6 7 8; do kill -HUP $! 2>/dev/null; sleep 0.05; done; wait $!",
+        program.display()
+    );
+    let shell = std::process::Command::new("sh")
+        .args(["-c", &script])
+        .current_dir(bench.path(""))
+        .status();
+    assert_eq!(shell.unwrap().code(), Some(0));
+    assert_eq!(bench.files(), ["out.obj", "patch.obj"]);
 }
 
 #[cfg(unix)]

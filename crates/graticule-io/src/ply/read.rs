@@ -3,7 +3,7 @@ use graticule::mesh::NO_VALUE;
 
 use super::header::{Element, Encoding, Header, Property, read_header};
 use super::values::{Binary, Values};
-use super::vertices::Vertices;
+use super::vertices::{Vertices, is_known_of_vertex};
 use crate::Format;
 use crate::error::{Place, Problem, ReadError, quoted};
 use crate::number::to_unsigned;
@@ -15,6 +15,7 @@ use crate::weld::{CornerCollector, chain_segments};
 /// Reads a whole PLY file.
 pub(crate) fn read(mut stream: ByteStream<'_>, draft: &mut Draft) -> Result<(), ReadError> {
     let header = read_header(&mut stream)?;
+    draft.ascii = header.encoding == Encoding::Ascii;
     match header.encoding {
         Encoding::Ascii => {
             let text = Text::new(stream, Format::Ply).with_first_line(header.lines + 1);
@@ -30,6 +31,7 @@ fn read_body(mut values: impl Values, header: &Header, draft: &mut Draft) -> Res
     let mut corner_uvs = CornerCollector::<DVec2>::default();
     let mut segments = Vec::new();
     let mut skipped = Vec::new();
+    warn_of_ignored_properties(header, draft);
     for element in &header.elements {
         check_rows(element, header.encoding, &values)?;
         match element.name.as_str() {
@@ -68,6 +70,27 @@ fn read_body(mut values: impl Values, header: &Header, draft: &mut Draft) -> Res
         .extend(corner_uvs.finish(corners));
     vertices.store(draft);
     Ok(())
+}
+
+/// The names of a face's lists that are understood.
+const FACE_LISTS: [&str; 3] = ["vertex_indices", "vertex_index", "texcoord"];
+
+/// Properties of vertices and faces that no attribute stands for.
+fn warn_of_ignored_properties(header: &Header, draft: &mut Draft) {
+    for element in &header.elements {
+        let is_unknown = |property: &&Property| match element.name.as_str() {
+            "vertex" => !is_known_of_vertex(property),
+            "face" => property.count.is_none() || !FACE_LISTS.contains(&&*property.name),
+            _ => false,
+        };
+        let unknown = element.properties.iter().filter(is_unknown);
+        let names: Vec<&str> = unknown.map(|property| &property.name[..]).collect();
+        if !names.is_empty() {
+            let (element, names) = (&element.name, names.join(", "));
+            let message = format!("properties of element {element} were ignored: {names}");
+            draft.warn("properties-ignored", message);
+        }
+    }
 }
 
 #[cold]

@@ -41,6 +41,11 @@ impl Column {
     }
 }
 
+/// Whether a vertex property is one of those that are understood.
+pub(super) fn is_known_of_vertex(property: &Property) -> bool {
+    Column::of(property) != Column::Other
+}
+
 /// The numbers of one vertex; what the file lacks keeps its value from before.
 struct Row {
     position: [f64; 3],

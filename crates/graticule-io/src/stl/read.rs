@@ -13,7 +13,8 @@ use crate::weld::{Bits, Numbering};
 
 /// Reads a whole STL file, text or binary.
 pub(crate) fn read(stream: ByteStream<'_>, draft: &mut Draft) -> Result<(), ReadError> {
-    if is_text_variant(&stream) {
+    draft.ascii = is_text_variant(&stream);
+    if draft.ascii {
         read_text(Text::new(stream, Format::Stl), draft)
     } else {
         read_binary(stream, draft)

@@ -46,6 +46,16 @@ impl ConformalForm {
         Ok(HermitianMatrix::laplacian(order, &edges, couplings)?)
     }
 
+    /// Largest violation of the equations of all vertices but the pins, relative to the norm of the
+    /// matrix times the size of the map.
+    pub(super) fn residual(&self, z: &[c64], pins: [VertexId; 2]) -> Result<f64, FlattenError> {
+        let mut violations = self.apply(z);
+        for pin in pins {
+            violations[pin.index()] = c64::ZERO;
+        }
+        Ok(largest(&violations) / (self.matrix()?.row_sum_norm() * largest(z)))
+    }
+
     /// `H z`, from differences of positions: a rounding error is relative to the length of the
     /// edges and not to the size of the map, so that refinement gains digits.
     pub(super) fn apply(&self, z: &[c64]) -> Vec<c64> {
@@ -147,7 +157,9 @@ impl PinnedForm {
         for (&pin, place) in self.pins.iter().zip(places) {
             positions[pin] = place;
         }
-        self.refine(&mut positions, right_side, watch)?;
+        refined(&mut positions, watch, |positions| {
+            Ok(self.factor.solve(&self.missing(right_side, positions))?)
+        })?;
         let scale = self.norm * largest(&positions) + largest(right_side);
         let residual = largest(&self.missing(right_side, &positions)) / scale;
         Ok(PinnedSolution {
@@ -165,33 +177,6 @@ impl PinnedForm {
         Ok(self.factor.solve(&right_side)?)
     }
 
-    /// Adds corrections until they no longer matter or no longer shrink.
-    fn refine(
-        &self,
-        positions: &mut [c64],
-        right_side: &[c64],
-        watch: &Watch,
-    ) -> Result<(), FlattenError> {
-        let mut change = 1.0;
-        for _ in 0..MOST_REFINEMENTS {
-            watch.check()?;
-            let correction = self.factor.solve(&self.missing(right_side, positions))?;
-            for (position, correction) in positions.iter_mut().zip(&correction) {
-                *position += correction;
-            }
-            let last = change;
-            change = largest(&correction) / largest(positions);
-            if change <= REFINED || change.is_nan() || change > REFINEMENT_GAIN * last && last < 1.0
-            {
-                break;
-            }
-        }
-        if change <= DETERMINED {
-            return Ok(());
-        }
-        Err(FlattenError::Undetermined { change })
-    }
-
     /// `right_side - H z`, zero at the pins.
     fn missing(&self, right_side: &[c64], positions: &[c64]) -> Vec<c64> {
         let mut missing = self.form.apply(positions);
@@ -203,6 +188,34 @@ impl PinnedForm {
         }
         missing
     }
+}
+
+/// Adds to the positions the corrections that they ask for until these no longer matter or no longer
+/// shrink.
+pub(super) fn refined(
+    positions: &mut [c64],
+    watch: &Watch,
+    correction: impl Fn(&[c64]) -> Result<Vec<c64>, FlattenError>,
+) -> Result<(), FlattenError> {
+    let mut change = 1.0;
+    for _ in 0..MOST_REFINEMENTS {
+        watch.check()?;
+        let correction = correction(positions)?;
+        for (position, correction) in positions.iter_mut().zip(&correction) {
+            *position += correction;
+        }
+        let last = change;
+        change = largest(&correction) / largest(positions);
+        if change <= REFINED || change.is_nan() || change > REFINEMENT_GAIN * last && last < 1.0 {
+            break;
+        }
+    }
+    if change <= DETERMINED {
+        return Ok(());
+    }
+    Err(FlattenError::Undetermined {
+        change: if change.is_nan() { 1.0 } else { change },
+    })
 }
 
 /// The largest magnitude.

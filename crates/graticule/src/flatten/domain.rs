@@ -10,7 +10,7 @@ use crate::geometry::{
     EdgeWeights, GeometryError, IntrinsicTriangulation, TriangleShape, cotangent_weights,
     mesh_cotangent_weights,
 };
-use crate::mesh::{BoundaryLoopId, Element, PerFace, TriangleMesh, VertexId};
+use crate::mesh::{BoundaryLoopId, CornerTable, Element, PerFace, TriangleMesh, VertexId};
 use crate::watch::Watch;
 
 use super::conformal::Triangulation;
@@ -120,12 +120,18 @@ impl Domain {
     /// Energies of the map on the domain's triangles.
     pub(super) fn energy(&self, positions: &[c64]) -> MapEnergy {
         let place = |vertex: VertexId| positions[vertex.index()];
-        let corners = |face| match &self.triangles {
-            Triangles::OfMesh(_) => self.mesh.triangle(face).map(place),
-            Triangles::Flipped(triangulation) => triangulation.triangle(face).map(place),
+        let triangles = self.triangles();
+        MapEnergy::of_triangles(triangles.map(|(shape, corners)| (shape, corners.map(place))))
+    }
+
+    /// The domain's triangles: shape and corners.
+    pub(super) fn triangles(&self) -> impl Iterator<Item = (&TriangleShape, [VertexId; 3])> {
+        let table: &CornerTable = match &self.triangles {
+            Triangles::OfMesh(_) => &self.mesh,
+            Triangles::Flipped(triangulation) => triangulation,
         };
         let shapes = self.shapes().enumerate();
-        MapEnergy::of_triangles(shapes.map(|(face, shape)| (shape, corners(face))))
+        shapes.map(|(face, shape)| (shape, table.triangle(face)))
     }
 
     fn shapes(&self) -> &PerFace<TriangleShape> {

@@ -6,7 +6,8 @@ use crate::geometry::{
 };
 use crate::mesh::{Element, VertexId};
 use crate::solve::{
-    DirichletLu, DirichletSystem, Placement, Solution, SolveError, SparseMatrix, SymmetricMatrix,
+    DirichletLu, DirichletSystem, Exchange, Placement, Solution, SolveError, SparseMatrix,
+    SymmetricMatrix,
 };
 use crate::watch::Watch;
 
@@ -15,8 +16,8 @@ use super::{FlattenError, Method};
 
 /// A mix `λ E_A + μ E_χ` of the two intrinsic energies ([DMA02] §3.4), up to a common factor.
 ///
-/// The conformal energy has the coefficients `cot α + cot β` of Eq. 4, the authalic one those of Eq. 6 times the mean square of the edge lengths
-/// ([`intrinsic_weights`]): both are numbers, and
+/// The conformal energy has the coefficients `cot α + cot β` of Eq. 4, the authalic one those of
+/// Eq. 6 times the mean square of the edge lengths ([`intrinsic_weights`]): both are numbers, and
 /// λ : μ means the same in every unit of length.
 ///
 /// [DMA02]: crate::papers::DMA02
@@ -225,6 +226,16 @@ pub(super) enum Factor {
 }
 
 impl Factor {
+    pub(super) fn warn_of_exchange(&self, watch: &Watch) {
+        if let Self::General(system) = self
+            && system.factor().exchange() == Exchange::Unrestricted
+        {
+            let message = "the equations have no good pivots near the diagonal: factored with \
+                           exchanges over the whole matrix, which takes more time and memory";
+            watch.warn("unrestricted-pivoting", message);
+        }
+    }
+
     /// The values of all vertices for one or several columns of values of the fixed ones.
     pub(super) fn solve(&self, fixed_values: &[f64]) -> Result<Solution, SolveError> {
         match self {

@@ -35,6 +35,14 @@ pub enum FlattenError {
         /// The last correction over the size of the map.
         change: f64,
     },
+    /// The conformal energy of a very thin patch has lost all digits.
+    #[error(
+        "the patch is too thin for the spectral method: its area is {area:.1e} of its squared extent"
+    )]
+    TooThin {
+        /// Area over the square of the largest extent.
+        area: f64,
+    },
     /// A system made for some fixed vertices is given places of others.
     #[error(
         "places of {given} boundary vertices were given; the system was made for {expected}, not all the same"
@@ -190,6 +198,7 @@ impl Hint for FlattenError {
             Self::TooFewConstraints { .. } => "give places to two different points at least",
             Self::NoLine { .. } => "constrain single points along the line instead",
             Self::NoFiniteValue { .. } => "use edge lengths or areas, or weights that flip nothing",
+            Self::TooThin { .. } => "use the natural method, which keeps twice the digits there",
             Self::OtherBoundary { .. } => "make a new system for these vertices",
             Self::Undetermined { .. } | Self::Collapsed { .. } => {
                 "choose other pins, or use the spectral method"

@@ -100,6 +100,7 @@ impl FixedSystem {
             && (closes || open_holes.is_empty());
         let stage = watch.stage("order and factor");
         let factor = equations.factor(&fixed, &domain)?;
+        factor.warn_of_exchange(watch);
         drop(stage);
         Ok(Self {
             patch: patch.clone(),

@@ -50,7 +50,7 @@ pub enum Method {
 pub struct FlipCount {
     /// Triangles turned over, their corners clockwise.
     pub flipped: usize,
-    /// Triangles whose corners are collinear.
+    /// Triangles whose corners are collinear: their area in the map is exactly zero.
     pub degenerate: usize,
 }
 
@@ -93,7 +93,7 @@ pub struct FlatMap {
     /// Relative residual of the equations solved, at most
     /// [`LINEAR_RESIDUAL`].
     pub residual: f64,
-    /// Triangles turned over or collapsed.
+    /// Triangles turned over or without area.
     pub flips: FlipCount,
     /// Whether theory excludes flips for this method, these weights and this boundary. A flip in
     /// such a map comes from the limited precision of the coordinates.
@@ -138,7 +138,7 @@ impl FlatMap {
             ""
         };
         let message =
-            format!("{flipped} triangles are turned over and {degenerate} collapsed{cause}");
+            format!("triangles turned over: {flipped}, without area: {degenerate}{cause}");
         watch.warn("flipped-triangles", message);
     }
 }

@@ -58,6 +58,7 @@ mod flat_map;
 mod functional;
 mod injective;
 mod lanczos;
+mod least_squares;
 mod limited_memory;
 mod natural;
 mod optimal;

@@ -7,17 +7,19 @@
 //!
 //! [DMA02]: crate::papers::DMA02
 
+use faer::c64;
 use glam::DVec2;
 
 use crate::mesh::{Element, VertexId};
+use crate::solve::SolveError;
 use crate::watch::Watch;
 
-use super::conformal::{PinnedForm, Triangulation};
+use super::conformal::{PinnedForm, PinnedSolution, Triangulation};
 use super::diameter::farthest_pair;
 use super::domain::Domain;
 use super::energy::complex;
 use super::flat_map::MapDraft;
-use super::{FlatMap, FlattenError, Method, Patch};
+use super::{FlatMap, FlattenError, Method, Patch, least_squares};
 
 /// Which two vertices are pinned, and where.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -46,7 +48,9 @@ pub struct NaturalOptions {
 /// Flips are not excluded by theory; the result counts them. The map depends on the pins, more so
 /// the more area distortion it has; [`spectral_map`](super::spectral_map) does not.
 ///
-/// Cost: one sparse complex factorisation of the mesh's size, about twice that of its Laplacian.
+/// Cost: one sparse complex factorisation of the mesh's size, about twice that of its Laplacian. A
+/// patch a hundred thousand times as long as wide takes an orthogonal factorisation after it, which a
+/// warning tells.
 ///
 /// # Errors
 /// [`FlattenError`] for pins that cannot be used, [`FlattenError::Solve`] where a conformal map
@@ -64,10 +68,7 @@ pub fn natural_map(
         Pins::At(pins) => checked_pins(patch, pins)?,
     };
     let domain = Domain::conformal(patch, options.triangulation, watch)?;
-    let system = PinnedForm::new(&domain, pins.map(|(vertex, _)| vertex), watch)?;
-    let nothing = vec![faer::c64::ZERO; patch.mesh().vertex_count()];
-    let places = pins.map(|(_, place)| complex(place));
-    let solution = system.solve(&nothing, places, watch)?;
+    let solution = pinned_map(&domain, pins.map(|(v, place)| (v, complex(place))), watch)?;
     let intrinsic_flips = domain.intrinsic_flips(&solution.positions);
     let draft = MapDraft {
         positions: solution.positions,
@@ -80,6 +81,32 @@ pub fn natural_map(
         Pins::Farthest => draft.scaled_to_patch(patch)?.finish(patch, watch),
         Pins::At(_) => draft.finish(patch, watch),
     }
+}
+
+/// The map of least conformal energy with two vertices at these places: from the factored form, or
+/// where that has lost its digits from the triangles' equations themselves.
+fn pinned_map(
+    domain: &Domain,
+    pins: [(VertexId, c64); 2],
+    watch: &Watch,
+) -> Result<PinnedSolution, FlattenError> {
+    let vertices = pins.map(|(vertex, _)| vertex);
+    let places = pins.map(|(_, place)| place);
+    let nothing = vec![c64::ZERO; domain.mesh.vertex_count()];
+    let solved = PinnedForm::new(domain, vertices, watch)
+        .and_then(|system| system.solve(&nothing, places, watch));
+    let lost = match solved {
+        Err(FlattenError::Undetermined { change }) => {
+            format!("refining the map moves it by {change:.0e} of its size")
+        }
+        Err(FlattenError::Solve(SolveError::NotPositiveDefinite { .. })) => {
+            "the conformal energy has no positive pivot left".into()
+        }
+        other => return other,
+    };
+    let message = format!("{lost}: the patch is thin; solved by orthogonal factorisation instead");
+    watch.warn("orthogonal-factorisation", message);
+    least_squares::pinned_map(domain, pins, watch)
 }
 
 /// The default pins, as far apart in the plane as in space, in unit lengths.

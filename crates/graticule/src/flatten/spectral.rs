@@ -10,7 +10,7 @@ use faer::c64;
 
 use crate::mesh::{Element, VertexId};
 use crate::solve::SolveError;
-use crate::tolerance::{EIGENVECTOR, ROUNDING};
+use crate::tolerance::{EIGENVECTOR, ROUNDING, THIN_AREA};
 use crate::watch::Watch;
 
 use super::conformal::{PinnedForm, Triangulation, largest};
@@ -38,7 +38,8 @@ pub fn spectral_map(
     let _stage = watch.stage("spectral conformal map");
     let pins = farthest_pins(patch).map(|(vertex, _)| vertex);
     let domain = Domain::conformal(patch, triangulation, watch)?;
-    let inverse = InverseForm::new(patch, &domain, pins, watch)?;
+    let inverse = InverseForm::new(patch, &domain, pins, watch)
+        .map_err(|error| thin_patch_told(error, patch))?;
     let eigenvector = {
         let _stage = watch.stage("eigenvector");
         Krylov::from(inverse.start()).largest_eigenvector(&inverse, EIGENVECTOR)?
@@ -54,6 +55,21 @@ pub fn spectral_map(
         intrinsic_flips,
     };
     draft.scaled_to_patch(patch)?.finish(patch, watch)
+}
+
+/// Names thinness as the reason where it is.
+fn thin_patch_told(error: FlattenError, patch: &Patch) -> FlattenError {
+    let area = patch.unit_area();
+    let lost = matches!(
+        error,
+        FlattenError::Undetermined { .. }
+            | FlattenError::Solve(SolveError::NotPositiveDefinite { .. })
+    );
+    if lost && area < THIN_AREA {
+        FlattenError::TooThin { area }
+    } else {
+        error
+    }
 }
 
 /// Takes the first pin to the origin and the second to the positive real axis.

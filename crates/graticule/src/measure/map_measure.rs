@@ -185,6 +185,23 @@ pub fn measure_partial_map(
     measure(surface, |corner| uvs[corner], watch)
 }
 
+/// The triangles that overlap another one in a map, for drawing (exact); triangles without usable
+/// coordinates or without area do not count.
+///
+/// Cost: near-linear where few boxes of triangles overlap, or most triangles overlap others.
+///
+/// # Errors
+/// As [`measure_map`].
+pub fn overlapping_faces(
+    surface: &Surface,
+    uvs: &PerCorner<DVec2>,
+    watch: &Watch,
+) -> Result<PerFace<bool>, MeasureError> {
+    check_count(surface, uvs.len())?;
+    let map = UvMap::new(surface, |corner| Some(uvs[corner]))?;
+    overlap::overlapping(&map, watch)
+}
+
 fn check_count(surface: &Surface, uvs: usize) -> Result<(), MeasureError> {
     let corners = surface.mesh().halfedge_count();
     if uvs == corners {

@@ -38,7 +38,7 @@ pub use islands::{Island, IslandLoop};
 pub use jacobian::{Jacobian2, SourceTriangle};
 pub use map_measure::{
     FaceCounts, IslandCounts, MapElements, MapMeasure, Overlap, Packing, measure_map,
-    measure_partial_map,
+    measure_partial_map, overlapping_faces,
 };
 pub(crate) use uv_map::{box_around, orientation};
 

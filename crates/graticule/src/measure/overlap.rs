@@ -8,7 +8,7 @@ use super::box_tree::{Bounds, BoxTree};
 use super::islands::Islands;
 use super::simple_border;
 use super::uv_map::{UvMap, orientation};
-use crate::mesh::FaceId;
+use crate::mesh::{FaceId, PerFace};
 use crate::watch::{Stopped, Watch};
 
 /// Leaves of the tree that one task searches.
@@ -147,24 +147,8 @@ pub(super) fn find_overlap(
     if simple_border::encloses_once(map, islands, watch)? {
         return Ok(None);
     }
-    let faces: Vec<FaceId> = map
-        .surface
-        .mesh()
-        .faces()
-        .filter(|&face| map.sign(face) != 0)
-        .collect();
-    let boxes: Vec<_> = faces
-        .par_iter()
-        .map(|&face| Bounds::around(&map.images(face)))
-        .collect();
-    let tree = BoxTree::new(&boxes);
-    let search = Search {
-        map,
-        tree: &tree,
-        faces: &faces,
-        border_only: is_locally_injective(map, islands),
-    };
-    for round in rounds(tree.leaf_count()) {
+    let search = Search::new(map, is_locally_injective(map, islands));
+    for round in rounds(search.tree.leaf_count()) {
         let found = round.into_par_iter().find_map_first(|mut leaves| {
             leaves.find_map(|leaf| match watch.check() {
                 Ok(()) => search.overlap_in(leaf).map(Ok),
@@ -178,6 +162,23 @@ pub(super) fn find_overlap(
     Ok(None)
 }
 
+/// All triangles that share more than boundary points with another one (exact).
+pub(super) fn overlapping(map: &UvMap<'_>, watch: &Watch) -> Result<PerFace<bool>, MeasureError> {
+    let _stage = watch.stage("all overlapping triangles");
+    let search = Search::new(map, false);
+    let leaves = (0..search.tree.leaf_count()).into_par_iter();
+    let found = leaves.map(|leaf| {
+        watch.check()?;
+        Ok(search.overlaps_in(leaf).collect::<Vec<_>>())
+    });
+    let found = found.collect::<Result<Vec<_>, Stopped>>()?;
+    let mut overlapping = PerFace::filled(map.face_count(), false);
+    for [face, _] in found.into_iter().flatten() {
+        overlapping[face] = true;
+    }
+    Ok(overlapping)
+}
+
 /// Whether no inner point of an island is covered twice by the triangles around it.
 pub(super) fn is_locally_injective(map: &UvMap<'_>, islands: &Islands) -> bool {
     let has_area = |face: FaceId| !map.is_known(face) || map.sign(face) != 0;
@@ -188,14 +189,35 @@ pub(super) fn is_locally_injective(map: &UvMap<'_>, islands: &Islands) -> bool {
 
 struct Search<'a> {
     map: &'a UvMap<'a>,
-    tree: &'a BoxTree,
-    faces: &'a [FaceId],
+    tree: BoxTree,
+    faces: Vec<FaceId>,
     border_only: bool,
 }
 
-impl Search<'_> {
+impl<'a> Search<'a> {
+    fn new(map: &'a UvMap<'a>, border_only: bool) -> Self {
+        let faces = map.surface.mesh().faces();
+        let faces: Vec<FaceId> = faces.filter(|&face| map.sign(face) != 0).collect();
+        let boxes: Vec<_> = faces
+            .par_iter()
+            .map(|&face| Bounds::around(&map.images(face)))
+            .collect();
+        Self {
+            map,
+            tree: BoxTree::new(&boxes),
+            faces,
+            border_only,
+        }
+    }
+
     /// The first overlap of a triangle in the leaf with any other.
     fn overlap_in(&self, leaf: usize) -> Option<[FaceId; 2]> {
+        let [a, b] = self.overlaps_in(leaf).next()?;
+        Some([a.min(b), a.max(b)])
+    }
+
+    /// Each triangle sought in the leaf that overlaps another one, with one such.
+    fn overlaps_in(&self, leaf: usize) -> impl Iterator<Item = [FaceId; 2]> {
         let mut found = Vec::new();
         let sought: Vec<_> = self
             .tree
@@ -205,16 +227,12 @@ impl Search<'_> {
         if !sought.is_empty() {
             self.tree.overlapping_leaves(leaf, 0, &mut found);
         }
-        for i in sought {
+        sought.into_iter().filter_map(move |i| {
             let triangle = self.image(i);
             let mut others = self.tree.overlapping(i, &found).filter(|&j| i != j);
-            let meeting = others.find(|&j| interiors_meet(&triangle, &self.image(j)));
-            if let Some(j) = meeting {
-                let [a, b] = [i, j].map(|rank| self.faces[self.tree.item(rank)]);
-                return Some([a.min(b), a.max(b)]);
-            }
-        }
-        None
+            let meeting = others.find(|&j| interiors_meet(&triangle, &self.image(j)))?;
+            Some([i, meeting].map(|rank| self.faces[self.tree.item(rank)]))
+        })
     }
 
     fn is_sought(&self, rank: usize) -> bool {

@@ -8,6 +8,7 @@
 //! | a minimum under linear constraints | [`SaddleSystem`] |
 //! | equations that need not be symmetric, under linear constraints | [`BorderedSystem`] |
 //! | symmetric indefinite | [`Ldlt`] |
+//! | more equations than unknowns | [`LeastSquares`] |
 //! | definite with a large diagonal, or known by its products only | [`conjugate_gradients`] |
 //! | the smallest eigenvector | [`smallest_eigenvector`] |
 //!
@@ -41,6 +42,7 @@ mod fronts;
 mod hermitian;
 mod iterative;
 mod ldlt;
+mod least_squares;
 mod lu;
 mod memory;
 mod ordering;
@@ -61,6 +63,7 @@ pub use iterative::{
     conjugate_gradients,
 };
 pub use ldlt::Ldlt;
+pub use least_squares::LeastSquares;
 pub use lu::{Exchange, Lu, LuSymbolic};
 pub use ordering::{Graph, Ordering, Placement};
 pub use pattern::Pattern;

@@ -334,6 +334,23 @@ fn pins_that_a_conformal_map_takes_to_one_point_are_refused() {
 }
 
 #[test]
+fn a_strip_as_thin_as_a_thread_still_unrolls() {
+    for (width, columns) in [(0.03, 2000), (0.001, 400)] {
+        let flat = patch(&grid(2000.0, width, columns, 1));
+        let watch = Watch::new();
+        let map = natural_map(&flat, &NaturalOptions::default(), &watch).unwrap();
+        assert_eq!(watch.warnings()[0].code, "orthogonal-factorisation");
+        assert!(map.flips.is_zero());
+        let across = map.uv.as_slice()[columns as usize + 1] - map.uv.as_slice()[0];
+        assert!((across.length() / width - 1.0).abs() < 1e-3, "{across}");
+        assert!(distance_up_to_similarity(&map.uv, &plane(&flat)) < 1e-6);
+        let spectral = spectral_map(&flat, Triangulation::Given, &Watch::new());
+        let refusal = spectral.unwrap_err();
+        assert!(matches!(refusal, FlattenError::TooThin { .. }), "{refusal}");
+    }
+}
+
+#[test]
 fn a_stopped_watch_stops_the_map() {
     let watch = Watch::new();
     watch.cancel_handle().cancel();

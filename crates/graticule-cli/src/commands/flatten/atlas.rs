@@ -3,7 +3,6 @@
 use glam::DVec2;
 use graticule::flatten::{Atlas, AtlasOptions, lay_flat};
 use graticule::geometry::dihedral_angles;
-use graticule::measure::measure_map;
 use graticule::mesh::{
     ComponentId, EdgeId, HalfedgeId, NO_VALUE, PerCorner, PolygonSoup, Repaired, Surface, Topology,
     TriangleMesh, VertexId, extract_component,
@@ -41,11 +40,7 @@ pub(super) fn run(
     let places: Vec<DVec2> = atlas.places.iter().map(|&place| place * scale).collect();
     outcome.report.result = to_report(&atlas, &part)?;
     let corners = atlas.corners.map(|&place| places[place as usize]);
-    let judged = Judged {
-        measure: measure_map(&part.surface, &corners, &session.watch)?,
-        surface: &part.surface,
-        corners,
-    };
+    let judged = Judged::at_corners(&part.surface, corners, session)?;
     judged.tell(outcome)?;
     let picture = match session.common.picture {
         Some(_) => Some(judged.draw(session)?),

@@ -9,7 +9,7 @@ use serde::Serialize;
 use crate::failure::Failure;
 
 /// Cutting, injective maps, packing.
-#[derive(Args, Debug, Serialize)]
+#[derive(Args, Clone, Debug, Serialize)]
 pub(crate) struct AtlasArguments {
     /// Flatten without any flipped triangle, the boundary free; several components side by side
     #[arg(long)]

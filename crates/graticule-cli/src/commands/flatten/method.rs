@@ -10,19 +10,17 @@ use graticule::flatten::{
     spectral_map, target_map,
 };
 use graticule::measure::corner_uvs;
-use graticule::mesh::{
-    FaceId, HalfedgeId, NO_VALUE, PerCorner, PerVertex, PolygonSoup, Repaired, SurfacePoint,
-    VertexId,
-};
+use graticule::mesh::{PerCorner, PerVertex, PolygonSoup, Repaired, VertexId};
 use graticule::watch::Watch;
 use serde_json::{Value, json};
 
+use super::file_vertices::{FileVertices, Refusal};
 use super::options::{
     Boundary, ExtensionArgument, FunctionalArgument, HolesArgument, Method, Options,
     WeightsArgument,
 };
 use super::piece::Piece;
-use super::told::{Point, Told};
+use super::told::Told;
 use crate::failure::Failure;
 
 /// What a method has made.
@@ -79,31 +77,32 @@ impl Task<'_> {
     /// The map that the options ask for.
     pub(super) fn run(&self) -> Result<Made, Failure> {
         let patch = Patch::new(self.piece.surface.clone(), self.watch)?;
-        let file = FileVertices {
-            of_surface: self.repaired.mesh_vertices(self.soup),
-            piece: self.piece,
-        };
+        let file = FileVertices::of(self.soup, self.repaired, self.piece);
+        self.made(&patch, &file)
+            .map_err(|refusal| file.told(refusal))
+    }
+
+    fn made(&self, patch: &Patch, file: &FileVertices<'_>) -> Result<Made, Refusal> {
         let options = self.options;
-        let constraints = constraints(options, &patch, &file)?;
+        let constraints = constraints(options, patch, file)?;
         match options.method {
             Method::Natural if !constraints.is_empty() => {
                 let triangulation = triangulation(options);
-                let made =
-                    constrained_natural_map(&patch, &constraints, triangulation, self.watch)?;
+                let made = constrained_natural_map(patch, &constraints, triangulation, self.watch)?;
                 Ok(constrained(made))
             }
             Method::Natural => {
-                let options = natural_options(options, &file)?;
-                Ok(Made::plain(natural_map(&patch, &options, self.watch)?))
+                let options = natural_options(options, file)?;
+                Ok(Made::plain(natural_map(patch, &options, self.watch)?))
             }
             Method::Spectral => {
-                let map = spectral_map(&patch, triangulation(options), self.watch)?;
+                let map = spectral_map(patch, triangulation(options), self.watch)?;
                 Ok(Made::plain(map))
             }
-            Method::Fixed => self.fixed(&patch, &file, &constraints),
-            Method::Optimal => self.near_optimal(&patch, &file),
-            Method::BoundaryOptimal => self.boundary_optimal(&patch, &file),
-            Method::Target => self.target(&patch, &file),
+            Method::Fixed => self.fixed(patch, file, &constraints),
+            Method::Optimal => self.near_optimal(patch, file),
+            Method::BoundaryOptimal => self.boundary_optimal(patch, file),
+            Method::Target => self.target(patch, file),
         }
     }
 
@@ -111,9 +110,9 @@ impl Task<'_> {
         &self,
         patch: &Patch,
         file: &FileVertices<'_>,
-    ) -> Result<BoundaryPositions, Failure> {
+    ) -> Result<BoundaryPositions, Refusal> {
         match self.options.boundary {
-            Some(Boundary::Given) => given_boundary(self, patch),
+            Some(Boundary::Given) => Ok(BoundaryPositions::new(patch, given_places(self, patch)?)?),
             Some(Boundary::Natural) => {
                 let options = NaturalOptions {
                     triangulation: triangulation(self.options),
@@ -134,7 +133,7 @@ impl Task<'_> {
         patch: &Patch,
         file: &FileVertices<'_>,
         constraints: &[PointConstraint],
-    ) -> Result<Made, Failure> {
+    ) -> Result<Made, Refusal> {
         let boundary = self.boundary(patch, file)?;
         let options = fixed_options(self.options)?;
         if constraints.is_empty() {
@@ -145,7 +144,7 @@ impl Task<'_> {
         Ok(constrained(made))
     }
 
-    fn near_optimal(&self, patch: &Patch, file: &FileVertices<'_>) -> Result<Made, Failure> {
+    fn near_optimal(&self, patch: &Patch, file: &FileVertices<'_>) -> Result<Made, Refusal> {
         let boundary = self.boundary(patch, file)?;
         let options = NearOptimalOptions {
             functional: functional(self.options),
@@ -181,7 +180,7 @@ impl Task<'_> {
         })
     }
 
-    fn boundary_optimal(&self, patch: &Patch, file: &FileVertices<'_>) -> Result<Made, Failure> {
+    fn boundary_optimal(&self, patch: &Patch, file: &FileVertices<'_>) -> Result<Made, Refusal> {
         let boundary = self.boundary(patch, file)?;
         let default = BoundaryOptimalOptions::default();
         let options = BoundaryOptimalOptions {
@@ -213,7 +212,7 @@ impl Task<'_> {
         })
     }
 
-    fn target(&self, patch: &Patch, file: &FileVertices<'_>) -> Result<Made, Failure> {
+    fn target(&self, patch: &Patch, file: &FileVertices<'_>) -> Result<Made, Refusal> {
         let told = |told: &[Told], unit: f64| -> Result<Vec<(VertexId, f64)>, Failure> {
             let pair = |told: &Told| Ok((corner(told.vertex, patch, file)?, told.number * unit));
             told.iter().map(pair).collect()
@@ -288,7 +287,7 @@ fn constraints(
     options: &Options,
     patch: &Patch,
     file: &FileVertices<'_>,
-) -> Result<Vec<PointConstraint>, Failure> {
+) -> Result<Vec<PointConstraint>, Refusal> {
     let strength = options.soft.map_or(Strength::Hard, Strength::Soft);
     let mut constraints = Vec::new();
     for told in &options.constraint {
@@ -304,67 +303,6 @@ fn constraints(
         constraints.extend(line_constraints(patch, ends, line.places, strength)?);
     }
     Ok(constraints)
-}
-
-/// The way from the numbers of vertices in the file to the patch.
-struct FileVertices<'a> {
-    of_surface: Vec<u32>,
-    piece: &'a Piece,
-}
-
-impl FileVertices<'_> {
-    fn find(&self, number: u32) -> Result<VertexId, Failure> {
-        let vertices = self.of_surface.len();
-        let Some(&vertex) = self.of_surface.get(number as usize) else {
-            return Err(Failure::new(
-                format!("there is no vertex {number}: the file has {vertices}, from 0 on"),
-                "vertices are numbered from 0 in the order of the file",
-            ));
-        };
-        let on_patch = (vertex != NO_VALUE)
-            .then(|| self.piece.vertex(VertexId(vertex)))
-            .flatten();
-        on_patch.ok_or_else(|| {
-            Failure::new(
-                format!("vertex {number} of the file is no part of the patch"),
-                "choose a vertex of a polygon of the patch; 'graticule info' tells what repair drops",
-            )
-        })
-    }
-
-    /// The point of the patch that is a mean of vertices of the file.
-    fn point(&self, point: &Point, patch: &Patch) -> Result<SurfacePoint, Failure> {
-        let mesh = patch.mesh();
-        let terms = point.0.iter();
-        let terms = terms.map(|&(number, weight)| Ok((self.find(number)?, weight)));
-        let terms: Vec<(VertexId, f64)> = terms.collect::<Result<_, Failure>>()?;
-        let Some(&(first, _)) = terms.first() else {
-            return Err(Failure::new(
-                "a point has no vertex",
-                "name one to three vertices",
-            ));
-        };
-        let mut faces = mesh.outgoing(first).map(HalfedgeId::face);
-        let holds = |face: &FaceId| {
-            let corners = mesh.triangle(*face);
-            terms.iter().all(|(vertex, _)| corners.contains(vertex))
-        };
-        let Some(face) = faces.find(holds) else {
-            let numbers: Vec<u32> = point.0.iter().map(|term| term.0).collect();
-            return Err(Failure::new(
-                format!("no triangle has all of the vertices {numbers:?} of the file"),
-                "name vertices of one triangle",
-            ));
-        };
-        let weight = |corner: VertexId| -> f64 {
-            let own = terms.iter().filter(|(vertex, _)| *vertex == corner);
-            own.map(|(_, weight)| weight).sum()
-        };
-        Ok(SurfacePoint {
-            face,
-            barycentric: mesh.triangle(face).map(weight),
-        })
-    }
 }
 
 fn triangulation(options: &Options) -> Triangulation {
@@ -481,15 +419,15 @@ fn inner_vertex(number: u32, patch: &Patch, file: &FileVertices<'_>) -> Result<V
     Ok(vertex)
 }
 
-/// The boundary where the file's own texture coordinates put it: the outer loop, and the holes if
-/// the options fix them.
-fn given_boundary(task: &Task<'_>, patch: &Patch) -> Result<BoundaryPositions, Failure> {
+/// Where the file's own texture coordinates put the boundary: the outer loop, and the holes if the
+/// options fix them.
+fn given_places(task: &Task<'_>, patch: &Patch) -> Result<Vec<(VertexId, DVec2)>, Failure> {
     let Task {
         options,
         soup,
         repaired,
         piece,
-        ..
+        watch,
     } = task;
     let Some(set) = soup.attributes.uv_sets.first() else {
         return Err(Failure::new(
@@ -497,16 +435,27 @@ fn given_boundary(task: &Task<'_>, patch: &Patch) -> Result<BoundaryPositions, F
             "choose a curve: --boundary circle, square or rectangle",
         ));
     };
-    let mut places: Vec<Option<DVec2>> = vec![None; patch.mesh().vertex_count()];
+    let mut places = PerVertex::filled(patch.mesh().vertex_count(), None);
+    let mut has_several = PerVertex::filled(patch.mesh().vertex_count(), false);
     for (corner, &source) in repaired.corner_sources.enumerate() {
         let vertex = piece.vertex(repaired.surface.mesh().origin(corner));
         if let (Some(vertex), Some(place)) = (vertex, set.get(source as usize)) {
-            places[vertex.0 as usize].get_or_insert(place);
+            has_several[vertex] |= *places[vertex].get_or_insert(place) != place;
         }
     }
     let holes = patch.holes().flat_map(|hole| patch.loop_vertices(hole));
     let holes = holes.filter(|_| options.holes == Some(HolesArgument::Fixed));
-    let vertices = patch.loop_vertices(patch.outer_loop()).chain(holes);
-    let placed = vertices.filter_map(|vertex| Some((vertex, places[vertex.0 as usize]?)));
-    Ok(BoundaryPositions::new(patch, placed)?)
+    let outer = patch.loop_vertices(patch.outer_loop());
+    let vertices: Vec<_> = outer.chain(holes).collect();
+    let several = vertices.iter().filter(|&&v| has_several[v]).count();
+    if several > 0 {
+        let message = format!(
+            "boundary vertices with several texture coordinates: {several}; the first is taken"
+        );
+        watch.warn("several-coordinates", message);
+    }
+    let vertices = vertices.into_iter();
+    Ok(vertices
+        .filter_map(|vertex| Some((vertex, places[vertex]?)))
+        .collect())
 }

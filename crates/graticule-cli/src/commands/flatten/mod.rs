@@ -3,6 +3,7 @@
 
 mod atlas;
 mod atlas_options;
+mod file_vertices;
 mod method;
 mod options;
 mod piece;
@@ -22,7 +23,7 @@ use crate::outcome::Outcome;
 use crate::picture::{area_panel, curve_panel, in_rows_of_three, map_panels, map_picture};
 use crate::report::{Report, to_value};
 use crate::session::Session;
-use crate::tables::measure_table;
+use crate::tables::{figure, measure_table};
 use crate::uvs;
 
 use method::{Illustration, Task};
@@ -34,7 +35,10 @@ use piece::Piece;
 pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {
     let plan = options.check(&session.common)?;
     let input = Input::read(&options.mesh, session)?;
-    let mut outcome = Outcome::of(Report::new("flatten", session.options_to_report(options)?));
+    let mut outcome = Outcome::of(Report::new(
+        "flatten",
+        session.options_to_report(&options.in_force())?,
+    ));
     outcome.report.input = input.to_report();
     let repaired = input.repaired_on_the_way(options.repair_options(), session)?;
     outcome.report.repair = repair_to_report(&repaired.changes)?;
@@ -63,6 +67,11 @@ pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {
         Scale::UnitSquare => made.map.unit_square_uv(),
         Scale::AsMade => made.map.uv.clone(),
     };
+    // What is measured is what the file will hold.
+    let uv = match plan.mesh_format() {
+        Some(format) => uv.map(|&uv| format.stored_uv(uv)),
+        None => uv,
+    };
     let corners = made.corners(&piece, &uv);
     outcome.report.result = map_to_report(&made.map);
     if let (Value::Object(result), Value::Object(details)) =
@@ -87,6 +96,7 @@ pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {
         }),
     };
     outcome.mesh = Some(soup);
+    outcome.ascii = input.ascii;
     plan.finish(session, outcome)
 }
 
@@ -113,10 +123,12 @@ impl<'a> Judged<'a> {
         corners: PerCorner<DVec2>,
         session: &Session,
     ) -> Result<Self, Failure> {
+        let measure = measure_map(surface, &corners, &session.watch)?;
+        warn_of_overlaps(&measure, session);
         Ok(Self {
             surface,
-            measure: measure_map(surface, &corners, &session.watch)?,
             corners,
+            measure,
         })
     }
 
@@ -130,7 +142,7 @@ impl<'a> Judged<'a> {
     /// Draws the map.
     pub(super) fn draw(&self, session: &Session) -> Result<Picture, Failure> {
         let _stage = session.watch.stage("draw");
-        Ok(map_picture(self.surface, &self.corners, &self.measure)?)
+        map_picture(self.surface, &self.corners, &self.measure, &session.watch)
     }
 
     /// Draws the map and how it came about.
@@ -147,9 +159,21 @@ impl<'a> Judged<'a> {
         // What there is to warn of has been told of the result.
         let measure = measure_map(self.surface, &before, &Watch::new())?;
         let before = area_panel(self.surface, &measure)?.with_caption(told.before_name);
-        let mut panels = map_panels(self.surface, &self.corners, &self.measure)?;
+        let mut panels = map_panels(self.surface, &self.corners, &self.measure, &session.watch)?;
         panels.extend([before, curve_panel(&told.curve, told.marked, &told.caption)]);
         Ok(in_rows_of_three(panels)?)
+    }
+}
+
+/// A map may overlap itself although no triangle is flipped: a free boundary may cross itself.
+fn warn_of_overlaps(measure: &MapMeasure, session: &Session) {
+    if measure.overlap.any {
+        let share = figure(100.0 * measure.overlap.area_share);
+        let message = format!(
+            "the map overlaps itself: {share} % of its area is covered more than once; \
+             --no-overlap lays every triangle down apart"
+        );
+        session.watch.warn("overlap", message);
     }
 }
 

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use graticule::flatten::{FlattenError, Mix};
 use graticule::mesh::RepairOptions;
+use graticule::tolerance::LARGEST_ASPECT;
 use graticule_io::Format;
 use serde::Serialize;
 
@@ -17,9 +18,9 @@ use crate::outcome::Plan;
 use crate::repair_options::RepairArguments;
 
 /// Options of `graticule flatten`.
-#[derive(Args, Debug, Serialize)]
+#[derive(Args, Clone, Debug, Serialize)]
 pub(crate) struct Options {
-    /// The mesh with the patch
+    /// The mesh with the patch; - is standard input
     #[arg(value_name = "MESH")]
     pub(super) mesh: PathBuf,
     /// Where to write the mesh with texture coordinates; - is standard output
@@ -84,16 +85,16 @@ pub(crate) struct Options {
     pub(super) boundary: Option<Boundary>,
     /// Boundary vertex that comes to a corner of the square or rectangle, by its number in the
     /// file (four times)
-    #[arg(long, value_name = "VERTEX")]
+    #[arg(long, value_name = "VERTEX", allow_negative_numbers = true)]
     pub(super) corner: Vec<u32>,
     /// Width over height of the rectangle
-    #[arg(long, value_name = "RATIO")]
+    #[arg(long, value_name = "RATIO", allow_negative_numbers = true)]
     pub(super) aspect: Option<f64>,
     /// What becomes of holes under fixed; filled by default
     #[arg(long, value_enum)]
     pub(super) holes: Option<HolesArgument>,
     /// Flatten only this component, numbered as 'graticule info' does
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub(super) component: Option<u32>,
     /// Scale of the texture coordinates; as-made with --pin, --constraint, --line and --boundary
     /// given, else unit-square
@@ -244,6 +245,7 @@ impl Options {
         }
         self.check_counts()?;
         self.check_combinations()?;
+        self.check_values()?;
         let output = MeshOutput::new(&self.output, self.format)?.with_uvs()?;
         Plan::with_mesh(common, Some(output))
     }
@@ -337,6 +339,49 @@ impl Options {
             Some((_, fact)) => Err(Failure::usage(*fact, "leave one of them out")),
             None => Ok(()),
         }
+    }
+
+    fn check_values(&self) -> Result<(), Failure> {
+        if let [first, second] = self.pin[..] {
+            let vertex = first.vertex;
+            if vertex == second.vertex {
+                let fact = format!("vertex {vertex} is pinned twice");
+                return Err(Failure::usage(fact, "pin two different vertices"));
+            }
+            if first.place == second.place {
+                let fact = format!("both pins are at {},{}", first.place.x, first.place.y);
+                return Err(Failure::usage(
+                    fact,
+                    "give them places apart from each other",
+                ));
+            }
+        }
+        let repeated = |(index, corner): (usize, &u32)| self.corner[..index].contains(corner);
+        if let Some(index) = self.corner.iter().enumerate().position(repeated) {
+            let fact = format!("vertex {} is named for two corners", self.corner[index]);
+            return Err(Failure::usage(fact, "name four different vertices"));
+        }
+        match self.aspect {
+            Some(aspect) if !(LARGEST_ASPECT.recip()..=LARGEST_ASPECT).contains(&aspect) => {
+                Err(Failure::usage(
+                    format!("a rectangle cannot be {aspect} times as wide as high"),
+                    "give a width over height between 1e-6 and 1e6",
+                ))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// The same with the defaults that depend on the method filled in.
+    pub(super) fn in_force(&self) -> Self {
+        let mut all = self.clone();
+        all.scale = Some(self.scale());
+        if self.method == Method::Fixed {
+            all.weights.get_or_insert(WeightsArgument::Cotangent);
+            all.boundary.get_or_insert(Boundary::Circle);
+            all.holes.get_or_insert(HolesArgument::Filled);
+        }
+        all
     }
 
     pub(super) fn repair_options(&self) -> RepairOptions {

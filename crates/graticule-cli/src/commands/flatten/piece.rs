@@ -14,6 +14,8 @@ pub(super) struct Piece {
     vertices: Option<PerVertex<u32>>,
     /// The same for each corner.
     corners: Option<PerCorner<u32>>,
+    /// For each vertex of the part that of the whole; `None` for the whole itself.
+    sources: Option<PerVertex<VertexId>>,
 }
 
 impl Piece {
@@ -44,6 +46,7 @@ impl Piece {
             surface: part.surface,
             vertices: Some(vertices),
             corners: Some(corners),
+            sources: Some(part.vertex_sources),
         })
     }
 
@@ -66,6 +69,11 @@ impl Piece {
                 .map(HalfedgeId),
         }
     }
+
+    /// The vertex of the whole behind a vertex of the part.
+    pub(super) fn source(&self, part: VertexId) -> VertexId {
+        self.sources.as_ref().map_or(part, |sources| sources[part])
+    }
 }
 
 /// The whole surface, or the advice to choose a component.
@@ -81,5 +89,6 @@ fn several_components_told(whole: &Surface) -> Result<Piece, Failure> {
         surface: whole.clone(),
         vertices: None,
         corners: None,
+        sources: None,
     })
 }

@@ -355,3 +355,28 @@ fn the_overlapping_area_of_two_islands_agrees_with_clipping() {
         assert_close(measure.packing.unwrap().covered_area, covered, 1e-4);
     }
 }
+
+#[test]
+fn the_overlapping_triangles_are_those_that_brute_force_finds() {
+    let two = fixtures::grid(1.0, 1.0, 9, 9);
+    let surface = surface(&two.clone().joined(&two.map(|p| p + DVec3::Z)));
+    let uvs = map_by(&surface, |p| {
+        flat(p) + DVec2::new(0.713, 0.127) * p.z + DVec2::new(0.0, 0.3 * p.x * p.z)
+    });
+    let images: Vec<[DVec2; 3]> = surface
+        .mesh()
+        .faces()
+        .map(|face| face.halfedges().map(|corner| uvs[corner]))
+        .collect();
+    let found = overlapping_faces(&surface, &uvs, &Watch::new()).unwrap();
+    for (face, image) in images.iter().enumerate() {
+        let mut others = images
+            .iter()
+            .enumerate()
+            .filter(|&(other, _)| other != face);
+        let expected = others.any(|(_, other)| overlap::interiors_meet(image, other));
+        assert_eq!(found.as_slice()[face], expected, "{face}");
+    }
+    let count = found.iter().filter(|&&overlaps| overlaps).count();
+    assert!((20..300).contains(&count), "{count}");
+}

@@ -23,6 +23,8 @@ pub struct RepairChanges {
     pub repeated_corners_dropped: ElementList<u32>,
     /// Vertices replaced by an earlier one at the same position.
     pub vertices_welded: ElementList<u32>,
+    /// Vertices of open edges replaced by an earlier one within the distance asked for.
+    pub vertices_joined: ElementList<u32>,
     /// Pairs of boundary edges at the same place left open as a cut; one edge of each.
     pub seams_left_open: ElementList<[u32; 2]>,
     /// Polygons dropped because another one has the same vertices.
@@ -85,6 +87,7 @@ impl RepairChanges {
     pub fn keep_polygons(&self) -> bool {
         let joined_or_split = Self {
             vertices_welded: self.vertices_welded.clone(),
+            vertices_joined: self.vertices_joined.clone(),
             edges_split: self.edges_split.clone(),
             vertices_split: self.vertices_split.clone(),
             edges_cut: self.edges_cut.clone(),
@@ -111,7 +114,7 @@ impl RepairChanges {
         triangulated.into_iter().chain(sentences).collect()
     }
 
-    fn cleaning(&self) -> [Option<Sentence>; 5] {
+    fn cleaning(&self) -> [Option<Sentence>; 6] {
         [
             of_vertices(
                 &self.unused_vertices_dropped,
@@ -132,6 +135,10 @@ impl RepairChanges {
             of_vertices(
                 &self.vertices_welded,
                 "vertex welded to an earlier one at the same position|vertices welded to earlier ones at the same positions",
+            ),
+            of_vertices(
+                &self.vertices_joined,
+                "vertex of an open edge joined to an earlier one nearby|vertices of open edges joined to earlier ones nearby",
             ),
         ]
     }

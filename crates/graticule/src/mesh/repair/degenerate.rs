@@ -42,9 +42,8 @@ pub(super) fn remove_degenerate(
             break;
         }
         budget -= 1;
-        if budget.is_multiple_of(1024) {
-            watch.check()?;
-        }
+        // At a vertex of many triangles a single step may take long.
+        watch.check()?;
         if !surgery.alive[triangle as usize] || !is_flat(surgery.draft, triangle) {
             continue;
         }

@@ -8,15 +8,20 @@ use super::draft::Draft;
 use crate::mesh::faces::Faces;
 use crate::mesh::gluing::{EdgeUses, NONE, Patches, edge_components, fans, glue, number_fans};
 use crate::mesh::measures::{component_bounds, component_volumes, length};
+use crate::watch::{Stopped, Watch};
 
 /// Splits vertices and edges so that at most two triangles share an edge and each vertex has one
 /// fan; drops unused vertices. Returns the other side on the edge of each, or [`NONE`].
-pub(super) fn make_manifold(draft: &mut Draft, changes: &mut RepairChanges) -> Vec<u32> {
+pub(super) fn make_manifold(
+    draft: &mut Draft,
+    changes: &mut RepairChanges,
+    watch: &Watch,
+) -> Result<Vec<u32>, Stopped> {
     let uses = EdgeUses::of(&draft.faces(), draft.positions.len());
     let mut twins = uses.twins();
     let crowded: Vec<_> = uses.iter().filter(|group| group.len() > 2).collect();
     if !crowded.is_empty() {
-        pair_at_crowded_edges(draft, &uses, &crowded, &mut twins);
+        pair_at_crowded_edges(draft, &uses, &crowded, &mut twins, watch)?;
         let edges = crowded.iter().map(|group| draft.source_edge(group[0]));
         changes.edges_split.extend(edges);
     }
@@ -26,7 +31,7 @@ pub(super) fn make_manifold(draft: &mut Draft, changes: &mut RepairChanges) -> V
         draft.positions.len(),
     );
     draft.renumber(&vertices);
-    twins
+    Ok(twins)
 }
 
 /// Chooses which sides hold together at edges with more than two.
@@ -35,7 +40,13 @@ pub(super) fn make_manifold(draft: &mut Draft, changes: &mut RepairChanges) -> V
 /// that go on flattest, so that a sheet stays whole where another one meets it. Then no two edges
 /// may end up with the same ends: where they would, all sides at the edge are let go. A fan cut
 /// there ends in at most two of them, so that vertices of their own tell all edges apart.
-fn pair_at_crowded_edges(draft: &Draft, uses: &EdgeUses, crowded: &[&[u32]], twins: &mut [u32]) {
+fn pair_at_crowded_edges(
+    draft: &Draft,
+    uses: &EdgeUses,
+    crowded: &[&[u32]],
+    twins: &mut [u32],
+    watch: &Watch,
+) -> Result<(), Stopped> {
     let solids = Solids::of(draft, uses, twins);
     for group in crowded {
         let sides = solids.sides_around_edge(draft, group);
@@ -50,6 +61,7 @@ fn pair_at_crowded_edges(draft: &Draft, uses: &EdgeUses, crowded: &[&[u32]], twi
     }
     let mut let_go = vec![false; crowded.len()];
     loop {
+        watch.check()?;
         let fans = fans(&draft.faces(), twins);
         let mut changed = false;
         for (group, let_go) in crowded.iter().zip(&mut let_go) {
@@ -62,7 +74,8 @@ fn pair_at_crowded_edges(draft: &Draft, uses: &EdgeUses, crowded: &[&[u32]], twi
             }
         }
         if !changed {
-            return glue_what_coincides(draft, &fans, crowded, twins);
+            glue_what_coincides(draft, &fans, crowded, twins);
+            return Ok(());
         }
     }
 }

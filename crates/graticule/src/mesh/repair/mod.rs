@@ -77,10 +77,13 @@ pub enum NonOrientable {
 }
 
 /// Choices where more than one answer is sound.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct RepairOptions {
     /// Whether vertices at exactly the same position become one.
     pub weld: Weld,
+    /// Distance, in the unit of the positions, within which vertices of open edges become one too;
+    /// 0 for none. Cracks up to this width close, and so do edges up to this length at them.
+    pub weld_within: f64,
     /// What to do with polygons that have a vertex with a position that is not finite.
     pub non_finite: NonFinite,
     /// What to do with pieces that cannot be oriented.
@@ -150,7 +153,7 @@ pub fn repair(
         draft.drop_duplicates(&mut changes);
     }
     watch.check()?;
-    let mut twins = manifold::make_manifold(&mut draft, &mut changes);
+    let mut twins = manifold::make_manifold(&mut draft, &mut changes, watch)?;
     if !changes.edges_split.is_empty() && draft.drop_duplicates(&mut changes) {
         // A wall that was held to itself is a sheet given twice after all.
         twins = EdgeUses::of(&draft.faces(), draft.positions.len()).twins();
@@ -159,7 +162,7 @@ pub fn repair(
     orient::orient(&mut draft, twins, *options, &mut changes)?;
     watch.check()?;
     if degenerate::remove_degenerate(&mut draft, &mut changes, watch)? {
-        manifold::make_manifold(&mut draft, &mut changes);
+        manifold::make_manifold(&mut draft, &mut changes, watch)?;
     }
     watch.check()?;
     warn(&changes, watch);
@@ -172,7 +175,7 @@ fn warn(changes: &RepairChanges, watch: &Watch) {
     if seams > 0 {
         watch.warn(
             "seams-left-open",
-            format!("{seams} pairs of boundary edges at the same places were left open, as cuts"),
+            format!("pairs of boundary edges at the same places left open, as cuts: {seams}"),
         );
     }
     let flat = changes.zero_area_left.count();
@@ -180,7 +183,7 @@ fn warn(changes: &RepairChanges, watch: &Watch) {
         watch.warn(
             "zero-area-left",
             format!(
-                "{flat} triangles without area could not be removed without changing the topology"
+                "triangles without area that cannot be removed without changing the topology: {flat}"
             ),
         );
     }

@@ -22,6 +22,9 @@ pub(super) fn prepare(
     if weld::weld(soup, &usable, options.weld, &mut names, changes) {
         usable = UsablePolygons::of(soup, &names);
     }
+    if weld::join_nearby(soup, &usable, options.weld_within, &mut names, changes) {
+        usable = UsablePolygons::of(soup, &names);
+    }
     if usable.polygon_sources.is_empty() {
         let polygons = soup.polygons.len();
         return Err(RepairError::NoUsableFaces { polygons });

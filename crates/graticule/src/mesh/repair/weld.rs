@@ -1,9 +1,14 @@
+use std::ops::ControlFlow;
+
+use glam::DVec3;
+
 use super::{RepairChanges, Weld};
 use crate::mesh::PolygonSoup;
 use crate::mesh::coincidence::first_at_same_position;
 use crate::mesh::disjoint_sets::DisjointSets;
 use crate::mesh::faces::{Faces, PolygonFaces};
 use crate::mesh::gluing::{EdgeUses, edge_components, same_direction};
+use crate::mesh::point_tree::PointTree;
 use crate::mesh::seams::{Seam, find_seams};
 use crate::mesh::usable::UsablePolygons;
 
@@ -36,6 +41,62 @@ pub(super) fn weld(
         .map(|(vertex, _)| vertex)
         .collect();
     !changes.vertices_welded.is_empty()
+}
+
+/// Gives vertices of open edges within this distance of an earlier one its name; returns whether
+/// there are any. Distances are those to the vertex that keeps its name, so that no chain forms.
+pub(super) fn join_nearby(
+    soup: &PolygonSoup,
+    usable: &UsablePolygons,
+    distance: f64,
+    names: &mut [u32],
+    changes: &mut RepairChanges,
+) -> bool {
+    let is_some = distance > 0.0;
+    if !is_some {
+        return false;
+    }
+    let vertices = open_vertices(&usable.faces, names.len());
+    let points = vertices.iter().map(|&v| soup.positions[v as usize]);
+    let tree = PointTree::new(points.collect());
+    let mut leaders: Vec<Option<u32>> = vec![None; vertices.len()];
+    for point in 0..vertices.len() as u32 {
+        if leaders[point as usize].is_some() {
+            continue;
+        }
+        let place = tree.point(point);
+        let may_hold = |low: DVec3, high: DVec3| place.clamp(low, high).distance(place) <= distance;
+        let _ = tree.search(may_hold, |other| {
+            let near = tree.point(other).distance(place) <= distance;
+            if near && leaders[other as usize].is_none() {
+                leaders[other as usize] = Some(point);
+            }
+            ControlFlow::<()>::Continue(())
+        });
+    }
+    let mut joined: Vec<u32> = (0..names.len() as u32).collect();
+    for (&vertex, leader) in vertices.iter().zip(leaders) {
+        joined[vertex as usize] = leader.map_or(vertex, |leader| vertices[leader as usize]);
+    }
+    let moved = vertices.iter().filter(|&&v| joined[v as usize] != v);
+    changes.vertices_joined = moved.copied().collect();
+    for name in names {
+        *name = joined[*name as usize];
+    }
+    !changes.vertices_joined.is_empty()
+}
+
+/// The vertices of sides that have no other side on their edge, ascending.
+fn open_vertices(faces: &PolygonFaces, vertex_count: usize) -> Vec<u32> {
+    let mut is_open = vec![false; vertex_count];
+    for group in EdgeUses::of(faces, vertex_count).iter() {
+        if let &[side] = group {
+            is_open[faces.origin(side) as usize] = true;
+            is_open[faces.destination(side) as usize] = true;
+        }
+    }
+    let numbered = (0_u32..).zip(is_open);
+    numbered.filter_map(|(v, open)| open.then_some(v)).collect()
 }
 
 fn is_identity(names: &[u32]) -> bool {

@@ -71,3 +71,26 @@ fn a_cut_stays_open_but_a_texture_seam_closes() {
     let closed = repaired_with(&cut_cylinder(false), options);
     assert_eq!(total(&closed).boundary_loops, 2);
 }
+
+#[test]
+fn cracks_close_up_to_the_distance_asked_for() {
+    let right = grid(1.0, 1.0, 4, 4).map(|p| p + DVec3::new(1.0 + 1e-4, 0.0, 0.0));
+    let cracked = soup_of(&grid(1.0, 1.0, 4, 4).joined(&right));
+    let within = |weld_within| {
+        let options = RepairOptions {
+            weld_within,
+            ..RepairOptions::default()
+        };
+        repair(&cracked, &options, &Watch::new()).unwrap()
+    };
+    assert_eq!(components(&within(5e-5)), 2);
+    let closed = within(2e-4);
+    assert_eq!(components(&closed), 1);
+    assert!(total(&closed).is_disk());
+    assert_eq!(closed.changes.vertices_joined.count(), 5);
+    assert!(closed.changes.keep_polygons());
+    for vertex in closed.surface.mesh().vertices() {
+        let source = closed.vertex_sources[vertex] as usize;
+        assert_eq!(closed.surface.position(vertex), cracked.positions[source]);
+    }
+}
