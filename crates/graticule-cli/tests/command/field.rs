@@ -319,10 +319,22 @@ fn a_ply_file_has_the_directions_as_properties() {
 #[test]
 fn what_is_no_part_of_the_surface_hinders_no_output() {
     let bench = Bench::new();
-    let odd = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv nan 0 0\nf 1 2 3\nf 1 3 4\nf 1 2\n";
-    bench.write("odd.obj", odd);
-    for name in ["out.obj", "out.ply", "out.json"] {
-        bench.succeed(&format!("field odd.obj -o {name}"));
+    bench.write(
+        "spare.obj",
+        "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv nan 0 0\nf 1 2 3\nf 1 3 4\n",
+    );
+    bench.write(
+        "two.off",
+        "OFF\n4 3 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2\n3 0 2 3\n2 0 1\n",
+    );
+    for (mesh, name) in [
+        ("two.off", "out.obj"),
+        ("two.off", "out.ply"),
+        ("spare.obj", "out.json"),
+        ("spare.obj", "out.ply"),
+        ("spare.obj", "out.obj"),
+    ] {
+        bench.succeed(&format!("field {mesh} -o {name}"));
     }
     assert!(!bench.read("out.obj").contains("NaN"));
     bench.succeed("info out.ply");
