@@ -142,12 +142,19 @@ mod tests {
             panic!("not one root");
         };
         assert!((root - 2.0_f64.cbrt()).abs() < 1e-15);
-        assert_eq!(cubic_roots([2.0, -3.0, 1.0, 0.0]), [1.0, 2.0]);
-        assert_eq!(cubic_roots([3.0, -2.0, 0.0, 0.0]), [1.5]);
+        let close = |cubic: [f64; 4], expected: &[f64]| {
+            let found = cubic_roots(cubic);
+            assert_eq!(found.len(), expected.len());
+            for (found, expected) in found.iter().zip(expected) {
+                assert!((found - expected).abs() < 1e-14);
+            }
+        };
+        close([2.0, -3.0, 1.0, 0.0], &[1.0, 2.0]);
+        close([3.0, -2.0, 0.0, 0.0], &[1.5]);
+        close([0.0, 0.0, 0.0, 1.0], &[0.0]);
         assert!(cubic_roots([1.0, 0.0, 1.0, 0.0]).is_empty());
         assert!(cubic_roots([1.0, 0.0, 0.0, 0.0]).is_empty());
         assert!(cubic_roots([0.0; 4]).is_empty());
-        assert_eq!(cubic_roots([0.0, 0.0, 0.0, 1.0]), [0.0]);
     }
 
     #[test]
