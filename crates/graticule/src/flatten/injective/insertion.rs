@@ -42,12 +42,14 @@ impl Star<'_> {
         if self.admits(middle) {
             return Some(middle);
         }
-        self.place_near(target, |_| true)
+        let mut at_target = self.sides.iter().filter(|side| side.contains(&target));
+        let sides = [*at_target.next()?, *at_target.next()?];
+        self.place_near(target, sides, |_| true)
     }
 
-    /// An admissible place on the boundary edge from `target` to `other`, or near `target` where
-    /// the triangles there turn by more than half a circle; such that `is_clear` has nothing against
-    /// it.
+    /// An admissible place on the boundary edge between `target` and `other`, or near `target`
+    /// where the triangles there turn by more than half a circle; such that `is_clear` has nothing
+    /// against it.
     pub(super) fn boundary_place(
         &self,
         [target, other]: [DVec2; 2],
@@ -56,17 +58,28 @@ impl Star<'_> {
         let along = |share: f64| target.lerp(other, 0.5 * share);
         let will_do = |place| self.admits(place) && is_clear(place);
         let on_edge = first_where(along, EDGE_HALVINGS, will_do);
-        on_edge.or_else(|| self.place_near(target, is_clear))
+        on_edge.or_else(|| {
+            let side = *self.sides.iter().find(|side| side.contains(&target))?;
+            // The boundary comes from where the sides end and goes to where they start.
+            let edge = if side[0] == target {
+                [other, target]
+            } else {
+                [target, other]
+            };
+            self.place_near(target, [side, edge], is_clear)
+        })
     }
 
-    /// Near the target only its own sides matter: the place must lie to the left of each.
-    fn place_near(&self, target: DVec2, is_clear: impl Fn(DVec2) -> bool) -> Option<DVec2> {
-        let inward = |[a, b]: [DVec2; 2]| (b - a).normalize_or_zero().perp();
-        let at_target = self.sides.iter().filter(|side| side.contains(&target));
-        let direction = at_target
-            .map(|&side| inward(side))
-            .sum::<DVec2>()
-            .normalize_or_zero();
+    /// Near the target only the two sides that meet there matter: the place must lie to the left of
+    /// both, so it is looked for half way between them.
+    fn place_near(
+        &self,
+        target: DVec2,
+        sides: [[DVec2; 2]; 2],
+        is_clear: impl Fn(DVec2) -> bool,
+    ) -> Option<DVec2> {
+        let [first, second] = sides.map(|[a, b]| (b - a).normalize_or_zero().perp());
+        let direction = (first + second).normalize_or_zero();
         let reach = self.middle().distance(target);
         let near = |share: f64| target + direction * (reach * share);
         first_where(near, MOST_HALVINGS, |place| {
