@@ -13,6 +13,7 @@
 //! | [`flatten`] | a patch | planar coordinates |
 //! | [`field`] | a surface | a smooth field of crosses, its singularities, a scale without curl |
 //! | [`periodic`] | a cross field | coordinates whose whole numbers form a net |
+//! | [`quads`] | such coordinates | a mesh of quads |
 //!
 //! The library opens no files, prints nothing and starts no threads beyond rayon's pool.
 //!
@@ -27,6 +28,7 @@ pub mod measure;
 pub mod mesh;
 pub mod papers;
 pub mod periodic;
+pub mod quads;
 pub mod solve;
 pub mod tolerance;
 pub mod watch;

@@ -198,3 +198,31 @@ pub const INDEX_ROUNDING: f64 = 1e-6;
 /// Solvers leave 1e-9 of coordinates up to 1e4; a wrong transition misses by a good part of a line
 /// spacing.
 pub const GRID_AGREEMENT: f64 = 1e-4;
+
+/// Area of a cell of the net over that of the polygon round it above which the cell is cut up.
+///
+/// A half sphere has 2: the end of a round limb is shown well enough by its rim. A finger that sticks
+/// out by more than its width is not.
+pub const BULGING_CELL: f64 = 2.5;
+
+/// Area of the parts of a cell that was cut up, at most, in ordinary cells.
+pub const SPLIT_CELL_AREA: f64 = 1.3;
+
+/// What an arc may lead along its line, in line spacings, to count as leading nowhere.
+///
+/// Between lattice points it is a whole number, up to rounding of a thousand pieces.
+pub const NO_ADVANCE: f64 = 0.25;
+
+/// How far an arc along the boundary or a feature may leave the straight line between its ends, over
+/// the length of that line.
+///
+/// The height of an arc of a circle that turns by 90° is 0.21 of its chord.
+pub const ARC_HEIGHT: f64 = 0.2;
+
+/// Cosine of the turn at a node between two arcs up to which they are one line: 45°.
+pub const STRAIGHT_COSINE: f64 = std::f64::consts::FRAC_1_SQRT_2;
+
+/// The number of parts, at least, that a cell is cut into which is no disk or stands out of the net.
+///
+/// Three round and four along a limb show its direction and its length.
+pub const FEWEST_PARTS: f64 = 12.0;
