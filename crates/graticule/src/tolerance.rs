@@ -198,3 +198,9 @@ pub const INDEX_ROUNDING: f64 = 1e-6;
 /// Solvers leave 1e-9 of coordinates up to 1e4; a wrong transition misses by a good part of a line
 /// spacing.
 pub const GRID_AGREEMENT: f64 = 1e-4;
+
+/// Cotangent above which a triangle counts less in the energy of a net, so that none exceeds it.
+///
+/// Needles down to an angle of a hundredth of a degree count in full; thinner ones would only eat up
+/// the digits of their neighbours.
+pub const NEEDLE_COTANGENT: f64 = 1e4;
