@@ -226,3 +226,9 @@ pub const STRAIGHT_COSINE: f64 = std::f64::consts::FRAC_1_SQRT_2;
 ///
 /// Three round and four along a limb show its direction and its length.
 pub const FEWEST_PARTS: f64 = 12.0;
+
+/// Cotangent above which a triangle counts less in the energy of a net, so that none exceeds it.
+///
+/// Needles down to an angle of a hundredth of a degree count in full; thinner ones would only eat up
+/// the digits of their neighbours.
+pub const NEEDLE_COTANGENT: f64 = 1e4;
