@@ -15,7 +15,6 @@
 //! [`SourceTriangle`] and [`Jacobian2`] are the same formulas for single triangles, with
 //! derivatives, for methods that optimise what is measured here.
 
-mod box_tree;
 mod coverage;
 mod distortion;
 mod error;

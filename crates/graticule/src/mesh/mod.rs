@@ -16,10 +16,12 @@ mod list;
 mod measures;
 mod point_tree;
 mod polygon;
+mod polygon_connectivity;
 mod repair;
 mod seams;
 mod soup;
 mod surface;
+mod surface_point;
 mod topology;
 mod triangle_mesh;
 mod usable;
@@ -30,10 +32,12 @@ pub use error::MeshError;
 pub use id::{BoundaryLoopId, ComponentId, EdgeId, FaceId, HalfedgeId, VertexId};
 pub use list::ElementList;
 pub use polygon::triangulate_polygon;
+pub(crate) use polygon_connectivity::PolygonConnectivity;
 pub use repair::{
     NonFinite, NonOrientable, RepairChanges, RepairError, RepairOptions, Repaired, Weld, repair,
 };
 pub use soup::{Attributes, CornerAttribute, NO_VALUE, PolygonLabels, PolygonSoup, Polygons};
 pub use surface::Surface;
+pub use surface_point::SurfacePoint;
 pub use topology::{ComponentTopology, PerBoundaryLoop, Submesh, Topology, extract_component};
 pub use triangle_mesh::TriangleMesh;

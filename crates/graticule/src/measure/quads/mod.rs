@@ -1,0 +1,2 @@
+mod quality;
+pub use quality::scaled_jacobian;
