@@ -12,6 +12,8 @@
 //! | [`measure`] | a map | flips, overlaps, distortion, a report |
 //! | [`flatten`] | a patch | planar coordinates |
 //! | [`field`] | a surface | a smooth field of crosses, its singularities, a scale without curl |
+//! | [`periodic`] | a cross field | coordinates whose whole numbers form a net |
+//! | [`quads`] | a map, a quad mesh | a quad mesh in its final shape |
 //!
 //! The library opens no files, prints nothing and starts no threads beyond rayon's pool.
 //!
@@ -25,6 +27,8 @@ pub mod geometry;
 pub mod measure;
 pub mod mesh;
 pub mod papers;
+pub mod periodic;
+pub mod quads;
 pub mod solve;
 pub mod tolerance;
 pub mod watch;

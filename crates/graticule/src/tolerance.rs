@@ -214,3 +214,10 @@ pub const VERTEX_AT_REST: f64 = 5e-3;
 /// Area of a corner over that of the rectangle on its sides at which it counts as inverted: an
 /// angle of 1°.
 pub const FLAT_CORNER: f64 = 0.02;
+
+/// What the coordinates of a net may differ by between two triangles before they are made equal, in
+/// line spacings.
+///
+/// Solvers leave 1e-9 of coordinates up to 1e4; a wrong transition misses by a good part of a line
+/// spacing.
+pub const GRID_AGREEMENT: f64 = 1e-4;

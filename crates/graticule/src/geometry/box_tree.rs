@@ -140,7 +140,11 @@ impl<const D: usize> BoxTree<D> {
                 found.push(node);
                 continue;
             }
-            stack.extend(self.children(level, node).rev().map(|child| (level - 1, child)));
+            stack.extend(
+                self.children(level, node)
+                    .rev()
+                    .map(|child| (level - 1, child)),
+            );
         }
     }
 

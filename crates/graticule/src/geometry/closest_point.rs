@@ -255,9 +255,16 @@ mod tests {
         let [a, b] = [DVec3::ZERO, DVec3::X];
         for corners in [[a, a, a], [a, a, b], [a, b, b], [a, b, a], [a, b, b * 0.5]] {
             let place = closest_on_triangle(corners, DVec3::new(0.25, 1.0, 0.0));
-            let expected = if corners[1..].contains(&b) { 1.0 } else { 1.0625_f64.sqrt() };
+            let expected = if corners[1..].contains(&b) {
+                1.0
+            } else {
+                1.0625_f64.sqrt()
+            };
             let distance = weighted(corners, place).distance(DVec3::new(0.25, 1.0, 0.0));
-            assert!((distance - expected).abs() < 1e-12, "{corners:?}: {place:?}");
+            assert!(
+                (distance - expected).abs() < 1e-12,
+                "{corners:?}: {place:?}"
+            );
         }
     }
 
@@ -302,7 +309,10 @@ mod tests {
         let tree = TriangleTree::of_surface(&surface);
         let mut noise = Noise::new(4);
         for face in surface.mesh().faces().step_by(37) {
-            let start = SurfacePoint { face, barycentric: [1.0 / 3.0; 3] };
+            let start = SurfacePoint {
+                face,
+                barycentric: [1.0 / 3.0; 3],
+            };
             let target = start.position(&surface) + random_point(&mut noise) * 0.3;
             let reached = slide_towards(&surface, start, target).position(&surface);
             let closest = tree.closest(target).unwrap().position(&surface);
@@ -313,10 +323,17 @@ mod tests {
     #[test]
     fn sliding_stops_at_the_boundary() {
         let surface = surface(bumpy_patch(8, 3));
-        let start = SurfacePoint { face: FaceId(0), barycentric: [1.0 / 3.0; 3] };
+        let start = SurfacePoint {
+            face: FaceId(0),
+            barycentric: [1.0 / 3.0; 3],
+        };
         let reached = slide_towards(&surface, start, DVec3::X * 50.0);
         let mesh = surface.mesh();
         let sides = reached.face.halfedges();
-        assert!(sides.iter().any(|&side| mesh.is_boundary_vertex(mesh.origin(side))));
+        assert!(
+            sides
+                .iter()
+                .any(|&side| mesh.is_boundary_vertex(mesh.origin(side)))
+        );
     }
 }

@@ -23,6 +23,7 @@ mod islands;
 mod jacobian;
 mod map_measure;
 mod overlap;
+mod quads;
 mod simple_border;
 mod statistics;
 mod uv_map;
@@ -39,6 +40,8 @@ pub use map_measure::{
     FaceCounts, IslandCounts, MapElements, MapMeasure, Overlap, Packing, measure_map,
     measure_partial_map,
 };
+
+pub use quads::scaled_jacobian;
 
 use glam::DVec2;
 

@@ -137,7 +137,9 @@ mod tests {
     fn corners_sides_and_twins_of_two_quads_agree() {
         let polygons: [&[u32]; 3] = [&[0, 1, 4, 3], &[9, 1], &[1, 2, 5, 4]];
         let soup = PolygonSoup {
-            positions: (0..6).map(|i| DVec3::new(f64::from(i % 3), f64::from(i / 3), 0.0)).collect(),
+            positions: (0..6)
+                .map(|i| DVec3::new(f64::from(i % 3), f64::from(i / 3), 0.0))
+                .collect(),
             polygons: polygons.into_iter().collect::<Polygons>(),
             ..PolygonSoup::default()
         };
@@ -150,7 +152,10 @@ mod tests {
         let twin = mesh.twin(shared).unwrap();
         assert_eq!(mesh.edge(twin), [1, 4]);
         assert!(!mesh.runs_alike(shared, twin));
-        assert_eq!(mesh.origin(mesh.next(mesh.previous(twin))), mesh.origin(twin));
+        assert_eq!(
+            mesh.origin(mesh.next(mesh.previous(twin))),
+            mesh.origin(twin)
+        );
         assert_eq!(mesh.twin(mesh.next(shared)), None);
     }
 }

@@ -104,10 +104,7 @@ fn blurred(area: f64, blur: f64) -> (f64, f64) {
 }
 
 /// The sum of a power of the values of terms, with its derivatives.
-pub(super) fn sum_of_powers(
-    terms: impl Iterator<Item = Derivatives>,
-    power: u32,
-) -> Derivatives {
+pub(super) fn sum_of_powers(terms: impl Iterator<Item = Derivatives>, power: u32) -> Derivatives {
     let degree = f64::from(power);
     let mut sum = Derivatives::default();
     for term in terms {
@@ -118,7 +115,11 @@ pub(super) fn sum_of_powers(
         sum.value += raised;
         sum.gradient += first * g;
         let products = [g.x * g.x, g.x * g.y, g.y * g.y];
-        for (slot, (bend, product)) in sum.hessian.iter_mut().zip(term.hessian.iter().zip(products)) {
+        for (slot, (bend, product)) in sum
+            .hessian
+            .iter_mut()
+            .zip(term.hessian.iter().zip(products))
+        {
             *slot += first * (bend + second * product);
         }
     }

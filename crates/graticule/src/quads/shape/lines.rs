@@ -44,9 +44,7 @@ impl Lines {
     /// their corners.
     pub(super) fn halfedge_at(&self, surface: &Surface, point: SurfacePoint) -> Option<HalfedgeId> {
         let mesh = surface.mesh();
-        let is_zero = point
-            .barycentric
-            .map(|weight| weight <= tolerance::ON_EDGE);
+        let is_zero = point.barycentric.map(|weight| weight <= tolerance::ON_EDGE);
         let sides = point.face.halfedges();
         if let Some(corner) = (0..3).find(|&k| is_zero[(k + 1) % 3] && is_zero[(k + 2) % 3]) {
             let [edge, _] = self.passing[mesh.origin(sides[corner])]?;

@@ -25,7 +25,7 @@ mod run;
 #[cfg(test)]
 mod tests;
 
-pub use report::{ShapeReport, ShapeQuality};
+pub use report::{ShapeQuality, ShapeReport};
 
 use crate::mesh::{EdgeId, Element, Polygons, Surface, SurfacePoint};
 use crate::watch::{Stopped, Watch};

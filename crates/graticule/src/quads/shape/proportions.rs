@@ -53,7 +53,11 @@ fn averaged(mesh: &PolygonConnectivity, polygon: usize, logarithms: &[f64]) -> f
         let others = mesh.corners(other);
         if others.len() == 4 {
             let alike = (side - own.start + twin - others.start).is_multiple_of(2);
-            sum += if alike { logarithms[other] } else { -logarithms[other] };
+            sum += if alike {
+                logarithms[other]
+            } else {
+                -logarithms[other]
+            };
             weight += 1.0;
         }
     }

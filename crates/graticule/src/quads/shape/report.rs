@@ -18,11 +18,17 @@ impl ShapeQuality {
         if count == 0 {
             return Self::default();
         }
-        let least = scaled_jacobians.iter().copied().fold(f64::INFINITY, f64::min);
+        let least = scaled_jacobians
+            .iter()
+            .copied()
+            .fold(f64::INFINITY, f64::min);
         Self {
             least,
             mean: scaled_jacobians.iter().sum::<f64>() / count as f64,
-            non_positive: scaled_jacobians.iter().filter(|&&value| value <= 0.0).count(),
+            non_positive: scaled_jacobians
+                .iter()
+                .filter(|&&value| value <= 0.0)
+                .count(),
         }
     }
 }

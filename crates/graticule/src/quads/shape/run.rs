@@ -1,4 +1,4 @@
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::colors::independent_groups;
@@ -6,7 +6,7 @@ use super::energy::{CornerTerm, raise, sum_of_powers};
 use super::freedom::{Freedom, freedoms};
 use super::lines::Lines;
 use super::polygon::{corner_sine, facing, vector_area};
-use super::{Net, Shaped, ShapeOptions, ShapeQuality, ShapeReport, ShapeError};
+use super::{Net, ShapeError, ShapeOptions, ShapeQuality, ShapeReport, Shaped};
 use crate::geometry::{normalized, slide_towards, vertex_normals};
 use crate::measure::scaled_jacobian;
 use crate::mesh::{PerVertex, PolygonConnectivity, PolygonSoup, Surface, SurfacePoint};
@@ -205,7 +205,9 @@ impl Run {
         let terms = self.terms(vertex, here);
         let x = here.position;
         let blur = blur(&terms, x);
-        let derivatives = terms.iter().map(|term| term.derivatives(x, blur, directions));
+        let derivatives = terms
+            .iter()
+            .map(|term| term.derivatives(x, blur, directions));
         let mut derivatives = sum_of_powers(derivatives, power);
         if directions[1] == DVec3::ZERO {
             derivatives.hessian[2] = derivatives.hessian[0];
@@ -220,7 +222,8 @@ impl Run {
             let target = x + directions[0] * (share * step.x) + directions[1] * (share * step.y);
             let place = self.reached(vertex, target)?;
             let after = self.judge(vertex, place, power, blur);
-            let harmless = after.least_sine >= before.least_sine.min(floor.max(tolerance::POOR_QUAD));
+            let harmless =
+                after.least_sine >= before.least_sine.min(floor.max(tolerance::POOR_QUAD));
             (after.energy < before.energy && harmless).then_some(place)
         })
     }
@@ -234,7 +237,8 @@ impl Run {
         for length in SEARCH_STEPS {
             let centre = best.position;
             for direction in 0..SEARCH_DIRECTIONS {
-                let angle = std::f64::consts::TAU * f64::from(direction) / f64::from(SEARCH_DIRECTIONS);
+                let angle =
+                    std::f64::consts::TAU * f64::from(direction) / f64::from(SEARCH_DIRECTIONS);
                 let (sine, cosine) = libm::sincos(angle);
                 let way = (u * cosine + v * sine) * (length * self.scales[vertex]);
                 let Some(place) = self.reached(vertex, centre + way) else {
@@ -323,10 +327,14 @@ impl Run {
 
     fn judge(&self, vertex: usize, place: Place, power: u32, blur: f64) -> Judgement {
         let terms = self.terms(vertex, place);
-        let values = terms.iter().map(|term| raise(term.value(place.position, blur), power));
+        let values = terms
+            .iter()
+            .map(|term| raise(term.value(place.position, blur), power));
         let polygons = self.mesh.corners_at(vertex).iter();
         let sines = polygons.map(|&corner| {
-            self.least_sine(self.mesh.polygon(corner), |v| self.place_with(v, (vertex, place)))
+            self.least_sine(self.mesh.polygon(corner), |v| {
+                self.place_with(v, (vertex, place))
+            })
         });
         Judgement {
             energy: values.sum(),
@@ -371,7 +379,9 @@ impl Run {
     fn quality(&self) -> ShapeQuality {
         let quads = (0..self.mesh.polygon_count()).filter_map(|polygon| {
             let quad: &[u32; 4] = self.mesh.vertices(polygon).try_into().ok()?;
-            Some(scaled_jacobian(quad.map(|vertex| self.places[vertex as usize].position)))
+            Some(scaled_jacobian(
+                quad.map(|vertex| self.places[vertex as usize].position),
+            ))
         });
         ShapeQuality::of(&quads.collect::<Vec<_>>())
     }
@@ -379,7 +389,9 @@ impl Run {
     fn finish(self, before: ShapeQuality, sweeps: usize) -> Shaped {
         let [low, high] = self.surface.bounding_box();
         let ways = self.places.iter().zip(&self.starts);
-        let ways: Vec<f64> = ways.map(|(place, start)| place.position.distance(*start)).collect();
+        let ways: Vec<f64> = ways
+            .map(|(place, start)| place.position.distance(*start))
+            .collect();
         let report = ShapeReport {
             before,
             after: self.quality(),
@@ -418,7 +430,10 @@ fn regular_angle(corners: usize) -> (f64, f64) {
 /// What inverted corners are blurred by: 0 where all corners have an area.
 fn blur(terms: &[CornerTerm], x: DVec3) -> f64 {
     let extent = terms.iter().map(|term| term.extent(x)).sum::<f64>() / terms.len() as f64;
-    let least = terms.iter().map(|term| term.area(x)).fold(f64::INFINITY, f64::min);
+    let least = terms
+        .iter()
+        .map(|term| term.area(x))
+        .fold(f64::INFINITY, f64::min);
     let small = tolerance::FLAT_CORNER * extent;
     if least > small {
         0.0
@@ -432,7 +447,8 @@ fn mean_edge_lengths(mesh: &PolygonConnectivity, positions: &[DVec3]) -> Vec<f64
         let corners = mesh.corners_at(vertex);
         let length = |&corner: &u32| {
             let at = |corner: u32| positions[mesh.origin(corner) as usize];
-            at(corner).distance(at(mesh.next(corner))) + at(corner).distance(at(mesh.previous(corner)))
+            at(corner).distance(at(mesh.next(corner)))
+                + at(corner).distance(at(mesh.previous(corner)))
         };
         corners.iter().map(length).sum::<f64>() / (2.0 * corners.len().max(1) as f64)
     };
