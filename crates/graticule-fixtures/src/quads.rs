@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
-use glam::{DVec2, DVec3, IVec3};
+use glam::{DVec2, DVec3};
 
 use crate::Noise;
 
@@ -38,20 +38,20 @@ impl QuadFixture {
 /// quads.
 #[must_use]
 pub fn quad_cube(cells: u32) -> QuadFixture {
-    let size = cells as i32;
     let mut numbers = BTreeMap::new();
     let mut positions = Vec::new();
-    let mut number = |place: IVec3| {
-        *numbers.entry(place.to_array()).or_insert_with(|| {
-            positions.push(place.as_dvec3() * (2.0 / f64::from(size)) - 1.0);
+    let mut number = |place: [u32; 3]| {
+        *numbers.entry(place).or_insert_with(|| {
+            let place = DVec3::from_array(place.map(f64::from));
+            positions.push(place * (2.0 / f64::from(cells)) - 1.0);
             positions.len() as u32 - 1
         })
     };
     let mut quads = Vec::new();
-    for (axis, end) in (0..3).flat_map(|axis| [(axis, 0), (axis, size)]) {
-        for (i, j) in (0..size).flat_map(|i| (0..size).map(move |j| (i, j))) {
+    for (axis, end) in (0..3).flat_map(|axis| [(axis, 0), (axis, cells)]) {
+        for (i, j) in (0..cells).flat_map(|i| (0..cells).map(move |j| (i, j))) {
             let mut quad = [[i, j], [i + 1, j], [i + 1, j + 1], [i, j + 1]].map(|[i, j]| {
-                let mut place = IVec3::ZERO;
+                let mut place = [0; 3];
                 place[axis] = end;
                 place[(axis + 1) % 3] = i;
                 place[(axis + 2) % 3] = j;
@@ -93,7 +93,7 @@ pub fn quad_torus(major_radius: f64, minor_radius: f64, around: u32, across: u32
 }
 
 fn sine_and_cosine(step: u32, steps: u32) -> [f64; 2] {
-    let (sine, cosine) = libm::sincos(TAU * f64::from(step) / f64::from(steps));
+    let (sine, cosine) = (TAU * f64::from(step) / f64::from(steps)).sin_cos();
     [sine, cosine]
 }
 

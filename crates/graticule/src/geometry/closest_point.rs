@@ -216,7 +216,7 @@ mod tests {
     /// By minimising over a fine grid of the triangle, then over ever smaller ones around the best.
     fn closest_by_search([a, b, c]: [DVec3; 3], point: DVec3) -> f64 {
         let at = |v: f64, w: f64| a + (b - a) * v + (c - a) * w;
-        let [mut best, mut step] = [[0.3, 0.3], 0.5];
+        let (mut best, mut step) = ([0.3, 0.3], 0.5);
         while step > 1e-12 {
             let around = (-4..=4).flat_map(|i| (-4..=4).map(move |j| (i, j)));
             let candidates = around.map(|(i, j)| {

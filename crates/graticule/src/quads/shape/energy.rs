@@ -40,6 +40,16 @@ impl CornerTerm {
         out.length() * back.length()
     }
 
+    /// The sine of the corner's angle over that of the angle it should have; 0 without sides.
+    pub(super) fn sine(&self, x: DVec3) -> f64 {
+        let extent = self.extent(x);
+        if extent > 0.0 {
+            self.area(x) / (extent * self.angle.1)
+        } else {
+            0.0
+        }
+    }
+
     /// The inverse mean ratio: 1 at the best, infinite for a corner without area. With a `blur`
     /// above 0 areas are replaced by positive ones that tend to them, as in [Escobar et al. 2003].
     pub(super) fn value(&self, x: DVec3, blur: f64) -> f64 {

@@ -1,3 +1,5 @@
+use std::f64::consts::TAU;
+
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -20,9 +22,10 @@ const BATCH: usize = 64;
 /// still smooth.
 const HIGH_POWER: u32 = 6;
 
-/// Times that poor polygons are visited at most, by steps and by search.
-const RAISING_SWEEPS: usize = 10;
-const SEARCHING_SWEEPS: usize = 4;
+/// Rounds of work on poor polygons at most, and the visits in each by steps and by search.
+const RAISING_ROUNDS: usize = 6;
+const RAISING_SWEEPS: usize = 6;
+const SEARCHING_SWEEPS: usize = 3;
 
 /// Directions and step lengths (over the mean edge length) of a search.
 const SEARCH_DIRECTIONS: u32 = 12;
@@ -41,7 +44,18 @@ struct Place {
 #[derive(Clone, Copy, Debug)]
 struct Judgement {
     energy: f64,
+    /// The least sine at a corner that the vertex takes part in.
+    own_sine: f64,
+    /// The least sine at any corner of the polygons, where the vertex can only turn the normal.
     least_sine: f64,
+}
+
+impl Judgement {
+    /// Whether nothing that was below `floor` has become worse, and nothing else has come below.
+    fn is_harmless(&self, before: &Self, floor: f64) -> bool {
+        self.own_sine >= before.own_sine.min(floor)
+            && self.least_sine >= before.least_sine.min(floor)
+    }
 }
 
 /// What a sweep aims at.
@@ -113,8 +127,14 @@ impl Run {
             sweeps += 1;
             watch.progress(sweeps as f64 / self.options.sweeps as f64);
         }
-        sweeps += self.raise_poor(Aim::Energy(HIGH_POWER), RAISING_SWEEPS, watch)?;
-        sweeps += self.raise_poor(Aim::Search, SEARCHING_SWEEPS, watch)?;
+        for _ in 0..RAISING_ROUNDS {
+            let steps = self.raise_poor(Aim::Energy(HIGH_POWER), RAISING_SWEEPS, watch)?;
+            let searches = self.raise_poor(Aim::Search, SEARCHING_SWEEPS, watch)?;
+            sweeps += steps + searches;
+            if searches == 0 {
+                break;
+            }
+        }
         Ok(self.finish(before, sweeps))
     }
 
@@ -152,7 +172,7 @@ impl Run {
 
     /// Moves each active vertex once; returns which ones are near a vertex that moved.
     fn sweep(&mut self, active: &[bool], aim: Aim, watch: &Watch) -> Result<Vec<bool>, Stopped> {
-        let floor = self.least_quality().min(tolerance::POOR_QUAD);
+        let floor = self.least_of_quads().max(tolerance::POOR_QUAD);
         let mut stirred = vec![false; active.len()];
         let groups = std::mem::take(&mut self.groups);
         for group in &groups {
@@ -194,7 +214,7 @@ impl Run {
     fn better_place(&self, vertex: usize, aim: Aim, floor: f64) -> Option<Place> {
         match aim {
             Aim::Energy(power) => self.step(vertex, power, floor),
-            Aim::Search => self.search(vertex),
+            Aim::Search => self.search(vertex, floor),
         }
     }
 
@@ -228,29 +248,29 @@ impl Run {
         })
     }
 
-    /// The best of the places around whose polygons are less bad than now.
-    fn search(&self, vertex: usize) -> Option<Place> {
-        let mut best = self.places[vertex];
-        let mut least_sine = self.judge(vertex, best, 1, 0.0).least_sine;
-        let start = least_sine;
+    /// The best of the places around where the least sine is larger than now.
+    fn search(&self, vertex: usize, floor: f64) -> Option<Place> {
         let [u, v] = self.directions(vertex)?;
+        let before = self.judge(vertex, self.places[vertex], 1, 0.0);
+        let mut best = None;
+        let (mut centre, mut own_sine) = (self.places[vertex].position, before.own_sine);
         for length in SEARCH_STEPS {
-            let centre = best.position;
+            let around = centre;
             for direction in 0..SEARCH_DIRECTIONS {
-                let angle =
-                    std::f64::consts::TAU * f64::from(direction) / f64::from(SEARCH_DIRECTIONS);
-                let (sine, cosine) = libm::sincos(angle);
+                let turn = f64::from(direction) / f64::from(SEARCH_DIRECTIONS);
+                let (sine, cosine) = libm::sincos(TAU * turn);
                 let way = (u * cosine + v * sine) * (length * self.scales[vertex]);
-                let Some(place) = self.reached(vertex, centre + way) else {
+                let Some(place) = self.reached(vertex, around + way) else {
                     continue;
                 };
-                let sine = self.judge(vertex, place, 1, 0.0).least_sine;
-                if sine > least_sine {
-                    (best, least_sine) = (place, sine);
+                let after = self.judge(vertex, place, 1, 0.0);
+                if after.own_sine > own_sine && after.is_harmless(&before, floor) {
+                    (centre, own_sine) = (place.position, after.own_sine);
+                    best = Some(place);
                 }
             }
         }
-        (least_sine > start).then_some(best)
+        best
     }
 
     /// The directions in which the vertex may go; the second one is zero on lines.
@@ -326,20 +346,22 @@ impl Run {
     }
 
     fn judge(&self, vertex: usize, place: Place, power: u32, blur: f64) -> Judgement {
-        let terms = self.terms(vertex, place);
-        let values = terms
-            .iter()
-            .map(|term| raise(term.value(place.position, blur), power));
-        let polygons = self.mesh.corners_at(vertex).iter();
-        let sines = polygons.map(|&corner| {
-            self.least_sine(self.mesh.polygon(corner), |v| {
-                self.place_with(v, (vertex, place))
-            })
-        });
-        Judgement {
-            energy: values.sum(),
-            least_sine: sines.fold(f64::INFINITY, f64::min),
+        let x = place.position;
+        let mut judgement = Judgement {
+            energy: 0.0,
+            own_sine: f64::INFINITY,
+            least_sine: f64::INFINITY,
+        };
+        for term in self.terms(vertex, place) {
+            judgement.energy += raise(term.value(x, blur), power);
+            judgement.own_sine = judgement.own_sine.min(term.sine(x));
         }
+        for &corner in self.mesh.corners_at(vertex) {
+            let polygon = self.mesh.polygon(corner);
+            let sine = self.least_sine(polygon, |v| self.place_with(v, (vertex, place)));
+            judgement.least_sine = judgement.least_sine.min(sine);
+        }
+        judgement
     }
 
     /// The place of a vertex if another one moved.
@@ -369,9 +391,10 @@ impl Run {
         sines.fold(f64::INFINITY, f64::min) / regular_angle(count).1
     }
 
-    fn least_quality(&self) -> f64 {
+    fn least_of_quads(&self) -> f64 {
         (0..self.mesh.polygon_count())
             .into_par_iter()
+            .filter(|&polygon| self.mesh.vertices(polygon).len() == 4)
             .map(|polygon| self.least_sine(polygon, |vertex| self.places[vertex as usize]))
             .reduce(|| f64::INFINITY, f64::min)
     }
@@ -421,7 +444,7 @@ fn regular_angle(corners: usize) -> (f64, f64) {
         4 => (0.0, 1.0),
         3 => (0.5, 0.75_f64.sqrt()),
         count => {
-            let turn = std::f64::consts::TAU / count as f64;
+            let turn = TAU / count as f64;
             (-libm::cos(turn), libm::sin(turn))
         }
     }
