@@ -41,7 +41,13 @@ pub use map_measure::{
     measure_partial_map,
 };
 
-pub use quads::scaled_jacobian;
+pub(crate) use quads::vector_area;
+pub use quads::{
+    AngleDeviation, Aspect, Connections, Deviation, EdgeLengthSpread, LineCarrying,
+    NormalDeviation, Planarity, PolygonCounts, QuadElements, QuadMeasure, QuadQuality,
+    ReferenceMeasure, ScaledJacobian, Strips, Valences, compare_to_reference, measure_quads,
+    scaled_jacobian,
+};
 
 use glam::DVec2;
 

@@ -2,7 +2,7 @@ use std::ops::Range;
 
 use super::PolygonSoup;
 use super::faces::{Faces, PolygonFaces};
-use super::gluing::{EdgeUses, NONE, same_direction};
+use super::gluing::{EdgeUses, NONE};
 use super::usable::UsablePolygons;
 
 /// How the polygons of a soup hang together, sound or not.
@@ -97,11 +97,6 @@ impl PolygonConnectivity {
         (twin != NONE).then_some(twin)
     }
 
-    /// Whether both polygons of an edge run along it in the same direction.
-    pub(crate) fn runs_alike(&self, side: u32, twin: u32) -> bool {
-        same_direction(&self.faces, side, twin)
-    }
-
     /// The sides on each edge in turn.
     pub(crate) fn edges(&self) -> impl Iterator<Item = &[u32]> {
         self.uses.iter().filter(|sides| !sides.is_empty())
@@ -151,7 +146,6 @@ mod tests {
         assert_eq!(mesh.vertices(mesh.polygon(shared)), [1, 2, 5, 4]);
         let twin = mesh.twin(shared).unwrap();
         assert_eq!(mesh.edge(twin), [1, 4]);
-        assert!(!mesh.runs_alike(shared, twin));
         assert_eq!(
             mesh.origin(mesh.next(mesh.previous(twin))),
             mesh.origin(twin)

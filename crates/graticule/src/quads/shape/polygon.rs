@@ -1,22 +1,5 @@
 use glam::DVec3;
 
-/// The vector area of a polygon, times two (Newell); for a quad along the normal of its two
-/// bimedians.
-pub(super) fn vector_area(corners: impl Iterator<Item = DVec3>) -> DVec3 {
-    let mut corners = corners;
-    let Some(first) = corners.next() else {
-        return DVec3::ZERO;
-    };
-    let mut previous = DVec3::ZERO;
-    let mut sum = DVec3::ZERO;
-    for corner in corners {
-        let arm = corner - first;
-        sum += previous.cross(arm);
-        previous = arm;
-    }
-    sum
-}
-
 /// The normal of a polygon, or that of the surface where the polygon is turned over or has none:
 /// then its corners count as inverted.
 pub(super) fn facing(vector_area: DVec3, of_surface: DVec3) -> DVec3 {
