@@ -221,3 +221,11 @@ pub const FLAT_CORNER: f64 = 0.02;
 /// Solvers leave 1e-9 of coordinates up to 1e4; a wrong transition misses by a good part of a line
 /// spacing.
 pub const GRID_AGREEMENT: f64 = 1e-4;
+
+/// Distance over the size of a polygon below which two points of it are one: rounding of positions
+/// of single precision is a hundred times smaller.
+pub const SAME_POINT: f64 = 1e-5;
+
+/// Difference of two values of a corner attribute, over the largest value, below which they are
+/// one: less than files of six digits keep.
+pub const SAME_VALUE: f64 = 1e-6;

@@ -118,7 +118,8 @@ pub(crate) fn closest_on_triangle([a, b, c]: [DVec3; 3], point: DVec3) -> [f64; 
         return [0.0, 0.0, 1.0];
     }
     let for_c = along_ab * b_along_ac - b_along_ab * along_ac;
-    if for_c <= 0.0 && along_ab >= 0.0 && b_along_ab <= 0.0 {
+    // Without the last condition a side without length would answer for the others.
+    if for_c <= 0.0 && along_ab >= 0.0 && b_along_ab <= 0.0 && along_ab > b_along_ab {
         let share = part(along_ab, -b_along_ab);
         return [1.0 - share, share, 0.0];
     }
@@ -156,6 +157,17 @@ pub(crate) fn closest_on_segment([from, to]: [DVec3; 2], point: DVec3) -> f64 {
 /// The way leads over neighbours only, so that the point stays on the sheet it was on. Cost: a few
 /// triangles for each one walked over.
 pub(crate) fn slide_towards(surface: &Surface, start: SurfacePoint, target: DVec3) -> SurfacePoint {
+    slide_within(surface, start, target, |_| true).0
+}
+
+/// As [`slide_towards`], but only across those sides that `may_cross` lets pass; also whether a
+/// side that may not be crossed is where the way ended.
+pub(crate) fn slide_within(
+    surface: &Surface,
+    start: SurfacePoint,
+    target: DVec3,
+    may_cross: impl Fn(HalfedgeId) -> bool,
+) -> (SurfacePoint, bool) {
     let on_face = |face: FaceId| {
         let corners = surface.corner_positions(face);
         let barycentric = closest_on_triangle(corners, target);
@@ -165,7 +177,7 @@ pub(crate) fn slide_towards(surface: &Surface, start: SurfacePoint, target: DVec
     let (mut here, mut least) = on_face(start.face);
     loop {
         let mut nearest = None;
-        for_each_face_at(surface, here, |face| {
+        let is_held = show_faces_at(surface, here, &may_cross, |face| {
             let (point, distance) = on_face(face);
             if distance < least {
                 least = distance;
@@ -174,36 +186,55 @@ pub(crate) fn slide_towards(surface: &Surface, start: SurfacePoint, target: DVec
         });
         match nearest {
             Some(point) => here = point,
-            None => return here,
+            None => return (here, is_held),
         }
     }
 }
 
-/// Shows the other triangles that a point of a side or corner belongs to.
-fn for_each_face_at(surface: &Surface, point: SurfacePoint, mut show: impl FnMut(FaceId)) {
+/// Shows the other triangles that a point of a side or corner belongs to, as far as they are
+/// reached around it; returns whether a side that may not be crossed kept any away.
+fn show_faces_at(
+    surface: &Surface,
+    point: SurfacePoint,
+    may_cross: impl Fn(HalfedgeId) -> bool,
+    mut show: impl FnMut(FaceId),
+) -> bool {
     let mesh = surface.mesh();
     let sides = point.face.halfedges();
     let is_zero = point.barycentric.map(|weight| weight <= 0.0);
-    match is_zero {
-        [false, false, false] => {}
-        [true, false, false] => mesh.twin(sides[1]).into_iter().for_each(|h| show(h.face())),
-        [false, true, false] => mesh.twin(sides[2]).into_iter().for_each(|h| show(h.face())),
-        [false, false, true] => mesh.twin(sides[0]).into_iter().for_each(|h| show(h.face())),
-        _ => {
-            let corner = is_zero.iter().position(|zero| !zero).unwrap_or(0);
-            let others = mesh.outgoing(mesh.origin(sides[corner]));
-            others
-                .map(HalfedgeId::face)
-                .filter(|&face| face != point.face)
-                .for_each(show);
+    let mut is_held = false;
+    let mut beyond = |side: HalfedgeId| {
+        let twin = mesh.twin(side)?;
+        let passes = may_cross(side);
+        is_held |= !passes;
+        passes.then_some(twin)
+    };
+    if let Some(corner) = (0..3).find(|&k| is_zero[(k + 1) % 3] && is_zero[(k + 2) % 3]) {
+        let mut around = sides[corner];
+        while let Some(left) = beyond(around.previous()).filter(|left| left.face() != point.face) {
+            show(left.face());
+            around = left;
         }
+        let went_round = mesh
+            .turn_left(around)
+            .is_some_and(|left| left.face() == point.face);
+        let mut around = sides[corner];
+        while !went_round && let Some(twin) = beyond(around) {
+            show(twin.face());
+            around = twin.next();
+        }
+    } else if let Some(side) = (0..3).find(|&k| is_zero[(k + 2) % 3]) {
+        beyond(sides[side])
+            .into_iter()
+            .for_each(|twin| show(twin.face()));
     }
+    is_held
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use graticule_fixtures::{Fixture, Noise, bumpy_patch, icosphere, torus};
+    use graticule_fixtures::{Fixture, Noise, bumpy_patch, grid, icosphere, torus};
 
     fn surface(fixture: Fixture) -> Surface {
         Surface::from_triangles(fixture.positions, &fixture.triangles).unwrap()
@@ -313,10 +344,30 @@ mod tests {
                 face,
                 barycentric: [1.0 / 3.0; 3],
             };
-            let target = start.position(&surface) + random_point(&mut noise) * 0.3;
+            // Outside, where a convex shape has no other nearest point.
+            let moved = start.position(&surface) + random_point(&mut noise) * 0.5;
+            let target = moved.normalize() * 1.3;
             let reached = slide_towards(&surface, start, target).position(&surface);
             let closest = tree.closest(target).unwrap().position(&surface);
             assert!((reached.distance(target) - closest.distance(target)).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn sliding_is_held_by_sides_that_may_not_be_crossed() {
+        let surface = surface(grid(2.0, 1.0, 8, 4));
+        let mesh = surface.mesh();
+        let on_wall = |vertex| surface.position(vertex).x == 1.0;
+        let is_wall = |side: HalfedgeId| mesh.ends(side).into_iter().all(on_wall);
+        let start = TriangleTree::of_surface(&surface).closest(DVec3::new(0.3, 0.4, 0.0));
+        for y in [0.4, 0.5, 0.55] {
+            let target = DVec3::new(1.7, y, 0.1);
+            let (point, is_held) = slide_within(&surface, start.unwrap(), target, |s| !is_wall(s));
+            assert!(is_held);
+            assert!(point.position(&surface).distance(DVec3::new(1.0, y, 0.0)) < 1e-12);
+            let free = slide_within(&surface, start.unwrap(), target, |_| true);
+            assert!(free.0.position(&surface).distance(DVec3::new(1.7, y, 0.0)) < 1e-12);
+            assert!(!free.1);
         }
     }
 

@@ -48,7 +48,7 @@ mod weights;
 
 pub(crate) use box_tree::{Bounds, BoxTree};
 pub use closest_point::TriangleTree;
-pub(crate) use closest_point::{closest_on_segment, slide_towards};
+pub(crate) use closest_point::{closest_on_segment, slide_towards, slide_within};
 pub use delaunay::{DelaunayReport, intrinsic_delaunay};
 pub use directed_weights::{
     DirectedWeights, authalic_weights, mean_value_weights, uniform_directed_weights,

@@ -1,7 +1,10 @@
 //! Quad meshes on surfaces.
 //!
-//! [`shape()`] moves the vertices of a quad mesh along the surface that it lies on.
+//! [`shape()`] moves the vertices of a quad mesh along the surface that it lies on; [`Carry`] gives it
+//! the attributes of the input.
 
-pub mod shape;
+mod attributes;
+mod shape;
 
-pub use shape::{Net, ShapeError, ShapeOptions, ShapeReport, Shaped, shape};
+pub use attributes::{Carry, InputPoint};
+pub use shape::{Net, ShapeError, ShapeOptions, ShapeQuality, ShapeReport, Shaped, shape};
