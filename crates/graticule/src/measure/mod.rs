@@ -43,10 +43,10 @@ pub use map_measure::{
 
 pub(crate) use quads::vector_area;
 pub use quads::{
-    AngleDeviation, Aspect, Connections, Deviation, EdgeLengthSpread, LineCarrying,
-    NormalDeviation, Planarity, PolygonCounts, QuadElements, QuadMeasure, QuadQuality,
-    ReferenceMeasure, ScaledJacobian, Strips, Valences, compare_to_reference, measure_quads,
-    scaled_jacobian,
+    AngleDeviation, Aspect, Connections, Deviation, EdgeLengthSpread, IrregularVertex,
+    LineCarrying, NormalDeviation, Planarity, PolygonCounts, QuadElements, QuadMeasure,
+    QuadQuality, ReferenceMeasure, ScaledJacobian, Strips, Valences, compare_to_reference,
+    measure_quads, scaled_jacobian,
 };
 
 use glam::DVec2;

@@ -53,8 +53,19 @@ pub struct Valences {
     pub boundary: BTreeMap<usize, usize>,
 }
 
+/// A vertex that is not regular.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct IrregularVertex {
+    /// Its number in the soup.
+    pub vertex: u32,
+    /// Its edges.
+    pub valence: usize,
+    /// The edges that a regular vertex has there: 4, or 3 on the boundary.
+    pub regular: usize,
+}
+
 /// Valences, and the irregular vertices with theirs.
-pub(super) fn valences(mesh: &PolygonConnectivity) -> (Valences, Vec<(u32, usize)>) {
+pub(super) fn valences(mesh: &PolygonConnectivity) -> (Valences, Vec<IrregularVertex>) {
     let mut edges_at = vec![0_usize; mesh.vertex_count()];
     let mut on_boundary = vec![false; mesh.vertex_count()];
     for sides in mesh.edges() {
@@ -75,7 +86,11 @@ pub(super) fn valences(mesh: &PolygonConnectivity) -> (Valences, Vec<(u32, usize
         };
         *histogram.entry(valence).or_insert(0) += 1;
         if valence != regular {
-            irregular.push((vertex, valence));
+            irregular.push(IrregularVertex {
+                vertex,
+                valence,
+                regular,
+            });
             irregular_inside += usize::from(!is_boundary);
         }
     }

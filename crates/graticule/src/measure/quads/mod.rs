@@ -17,7 +17,7 @@ mod tests;
 use serde::Serialize;
 
 pub use carrying::LineCarrying;
-pub use connections::{Connections, Valences};
+pub use connections::{Connections, IrregularVertex, Valences};
 pub use polygons::PolygonCounts;
 pub(crate) use quality::vector_area;
 pub use quality::{
@@ -63,8 +63,8 @@ pub struct QuadMeasure {
 pub struct QuadElements {
     /// For each polygon of the soup its scaled Jacobian; NaN for all but quads.
     pub scaled_jacobians: Vec<f64>,
-    /// The vertices counted in [`Valences::irregular`], with their valences.
-    pub irregular_vertices: Vec<(u32, usize)>,
+    /// The vertices counted in [`Valences::irregular`].
+    pub irregular_vertices: Vec<IrregularVertex>,
 }
 
 /// Measures a polygon mesh.
