@@ -12,6 +12,7 @@ mod mesh_output;
 mod outcome;
 mod output;
 mod picture;
+mod quads;
 mod repair_options;
 mod report;
 mod session;

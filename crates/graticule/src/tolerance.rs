@@ -192,6 +192,29 @@ pub const GUIDE_SLANT: f64 = 1e-6;
 /// miss is a quarter.
 pub const INDEX_ROUNDING: f64 = 1e-6;
 
+/// What the weights of a point in a triangle may sum to beside 1: far above rounding, far below
+/// what could be seen.
+pub const BARYCENTRIC_SUM: f64 = 1e-9;
+
+/// Cosine of the turn from which on a line has a corner: 45°. Below that, a vertex that slides past
+/// cuts off less than a tenth of its step.
+pub const LINE_CORNER_COSINE: f64 = std::f64::consts::FRAC_1_SQRT_2;
+
+/// Scaled Jacobian below which a quad must never become worse, and is searched for a better place
+/// vertex by vertex: what solvers ask of quads at least.
+pub const POOR_QUAD: f64 = 0.3;
+
+/// Scaled Jacobian below which the worst corner of a quad counts more than the mean.
+pub const FAIR_QUAD: f64 = 0.6;
+
+/// Step of a vertex, over the mean length of its edges, below which it has found its place: far
+/// below what shows in an angle.
+pub const VERTEX_AT_REST: f64 = 5e-3;
+
+/// Area of a corner over that of the rectangle on its sides at which it counts as inverted: an
+/// angle of 1°.
+pub const FLAT_CORNER: f64 = 0.02;
+
 /// What the coordinates of a net may differ by between two triangles before they are made equal, in
 /// line spacings.
 ///
@@ -232,3 +255,11 @@ pub const FEWEST_PARTS: f64 = 12.0;
 /// Needles down to an angle of a hundredth of a degree count in full; thinner ones would only eat up
 /// the digits of their neighbours.
 pub const NEEDLE_COTANGENT: f64 = 1e4;
+
+/// Distance over the size of a polygon below which two points of it are one: rounding of positions
+/// of single precision is a hundred times smaller.
+pub const SAME_POINT: f64 = 1e-5;
+
+/// Difference of two values of a corner attribute, over the largest value, below which they are
+/// one: less than files of six digits keep.
+pub const SAME_VALUE: f64 = 1e-6;

@@ -15,7 +15,6 @@
 //! [`SourceTriangle`] and [`Jacobian2`] are the same formulas for single triangles, with
 //! derivatives, for methods that optimise what is measured here.
 
-mod box_tree;
 mod coverage;
 mod distortion;
 mod error;
@@ -24,6 +23,7 @@ mod islands;
 mod jacobian;
 mod map_measure;
 mod overlap;
+mod quads;
 mod simple_border;
 mod statistics;
 mod uv_map;
@@ -39,6 +39,14 @@ pub use jacobian::{Jacobian2, SourceTriangle};
 pub use map_measure::{
     FaceCounts, IslandCounts, MapElements, MapMeasure, Overlap, Packing, measure_map,
     measure_partial_map,
+};
+
+pub(crate) use quads::vector_area;
+pub use quads::{
+    AngleDeviation, Aspect, Connections, Deviation, EdgeLengthSpread, IrregularVertex,
+    LineCarrying, NormalDeviation, Planarity, PolygonCounts, QuadElements, QuadMeasure,
+    QuadQuality, ReferenceMeasure, ScaledJacobian, Strips, Valences, compare_to_reference,
+    measure_quads, scaled_jacobian,
 };
 
 use glam::DVec2;

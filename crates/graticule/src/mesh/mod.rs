@@ -16,6 +16,7 @@ mod list;
 mod measures;
 mod point_tree;
 mod polygon;
+mod polygon_connectivity;
 mod repair;
 mod seams;
 mod soup;
@@ -31,6 +32,7 @@ pub use error::MeshError;
 pub use id::{BoundaryLoopId, ComponentId, EdgeId, FaceId, HalfedgeId, VertexId};
 pub use list::ElementList;
 pub use polygon::triangulate_polygon;
+pub(crate) use polygon_connectivity::PolygonConnectivity;
 pub use repair::{
     NonFinite, NonOrientable, RepairChanges, RepairError, RepairOptions, Repaired, Weld, repair,
 };

@@ -1,7 +1,11 @@
 //! Quad meshes from maps whose whole coordinates form a net ([PGP06] §5).
 //!
+//! [`extract_polygons`] reads the polygons off a map; [`shape()`] moves their vertices along the
+//! surface; [`Carry`] gives them the attributes of the input.
+//!
 //! [PGP06]: crate::papers::PGP06
 
+mod attributes;
 mod cells;
 mod complex;
 mod edge_nodes;
@@ -11,12 +15,15 @@ mod line;
 mod overlay;
 mod polygon_mesh;
 mod regular;
+mod shape;
 mod split;
 mod triangle_cut;
 
+pub use attributes::{Carry, InputPoint};
 pub use error::QuadsError;
 pub use extract::{Extraction, extract_polygons};
 pub use polygon_mesh::PolygonMesh;
+pub use shape::{Net, ShapeError, ShapeOptions, ShapeQuality, ShapeReport, Shaped, shape};
 
 #[cfg(test)]
 mod tests;
