@@ -263,3 +263,13 @@ pub const SAME_POINT: f64 = 1e-5;
 /// Difference of two values of a corner attribute, over the largest value, below which they are
 /// one: less than files of six digits keep.
 pub const SAME_VALUE: f64 = 1e-6;
+
+/// Share by which the number of quads may miss the number asked for.
+pub const COUNT_MISS: f64 = 0.03;
+
+/// Maps that are made, at most, to meet the number of quads asked for.
+///
+/// Cells of a map come near the number at once; what is cut or joined after that is a share that
+/// hardly changes, so that one correction does it. Few cells come in steps that may step over the
+/// number.
+pub const FAIR_COUNT_ROUNDS: usize = 4;

@@ -3,10 +3,11 @@ use super::cells::Cells;
 use super::complex::Complex;
 use super::overlay::{ArcKind, NONE, Overlay, arc};
 use super::polygon_mesh::PolygonMesh;
-use super::regular::make_regular;
+use super::regular::{make_distinct, make_regular};
 use crate::geometry::{face_areas, face_shapes};
 use crate::mesh::{PerEdge, Polygons, Surface};
 use crate::periodic::GridMap;
+use crate::tolerance::FEWEST_PARTS;
 use crate::watch::Watch;
 
 /// A polygon mesh read off a map, and what had to be done to it.
@@ -58,9 +59,17 @@ pub fn extract_polygons(
     let mut overlay = Overlay::of(surface, map, features, watch)?;
     let cells = Cells::settle(&mut overlay, usual_cell_area(surface, map), watch)?;
     let mut complex = Complex::of(&overlay, &cells);
-    let folds = make_regular(&mut complex, &overlay);
-    let mesh = polygons(&complex, &overlay);
-    mesh.check(surface)?;
+    let mut folds = make_regular(&mut complex, &overlay);
+    let mut mesh = polygons(&complex, &overlay);
+    if mesh.check(surface).is_err() {
+        let message = "the map folds so that vertices could not be joined; polygons are left as cut";
+        watch.warn("folds-kept", message);
+        folds = 0;
+        complex = Complex::of(&overlay, &cells);
+        make_distinct(&mut complex);
+        mesh = polygons(&complex, &overlay);
+        mesh.check(surface)?;
+    }
     Ok(Extraction {
         mesh,
         pruned_pieces: cells.pruned,
@@ -84,7 +93,11 @@ fn usual_cell_area(surface: &Surface, map: &GridMap) -> f64 {
         in_plane += (b - a).perp_dot(c - a).abs() / 2.0;
     }
     // A map with less than four cells says nothing about their size.
-    (in_space / in_plane.max(1.0)).clamp(0.0, total / 4.0)
+    if in_plane < 4.0 {
+        total / FEWEST_PARTS
+    } else {
+        in_space / in_plane
+    }
 }
 
 /// Writes the cells down as polygons.
@@ -114,16 +127,13 @@ fn polygons(complex: &Complex, overlay: &Overlay) -> PolygonMesh {
             mesh.polygons.push(&corners);
         }
     }
-    let held = |dart: &u32| {
-        matches!(
-            complex.kinds[arc(*dart)],
-            ArcKind::Boundary | ArcKind::Feature
-        )
-    };
-    mesh.creases = (alive().filter(|dart| dart % 2 == 0).filter(held))
+    let is_feature = |dart: &u32| complex.kinds[arc(*dart)] == ArcKind::Feature;
+    mesh.feature_edges = alive()
+        .filter(|dart| dart.is_multiple_of(2))
+        .filter(is_feature)
         .map(|dart| [vertex(dart), vertex(dart + 1)])
         .map(|[from, to]| [from.min(to), from.max(to)])
         .collect();
-    mesh.creases.sort_unstable();
+    mesh.feature_edges.sort_unstable();
     mesh
 }

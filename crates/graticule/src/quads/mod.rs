@@ -13,9 +13,13 @@ mod error;
 mod extract;
 mod line;
 mod overlay;
+mod partition;
 mod polygon_mesh;
+mod purify;
 mod regular;
+mod remesh;
 mod shape;
+mod sides;
 mod split;
 mod triangle_cut;
 
@@ -23,6 +27,8 @@ pub use attributes::{Carry, InputPoint};
 pub use error::QuadsError;
 pub use extract::{Extraction, extract_polygons};
 pub use polygon_mesh::PolygonMesh;
+pub use purify::{CutReport, pure_quads, quad_dominant};
+pub use remesh::{QuadMode, RemeshError, RemeshOptions, RemeshReport, Remeshed, remesh};
 pub use shape::{Net, ShapeError, ShapeOptions, ShapeQuality, ShapeReport, Shaped, shape};
 
 #[cfg(test)]

@@ -15,9 +15,9 @@ pub struct PolygonMesh {
     pub polygons: Polygons,
     /// For each vertex the point of the surface that it lies on.
     pub origins: Vec<SurfacePoint>,
-    /// The edges along the boundary and along features of the surface, as pairs of vertices, the
-    /// smaller one first, in order.
-    pub creases: Vec<[u32; 2]>,
+    /// The edges along features of the surface, as pairs of vertices, the smaller one first, in
+    /// order.
+    pub feature_edges: Vec<[u32; 2]>,
 }
 
 impl PolygonMesh {

@@ -8,19 +8,16 @@ use crate::tolerance::{ARC_HEIGHT, NO_ADVANCE, STRAIGHT_COSINE};
 /// meet, and sees to it that each polygon has three corners or more and no two arcs have the same
 /// ends. Returns how many arcs of folds were drawn together.
 pub(super) fn make_regular(complex: &mut Complex, overlay: &Overlay) -> usize {
-    #[cfg(test)]
-    debug_check(complex, "start");
     let folds = draw_folds_together(complex, overlay);
-    #[cfg(test)]
-    debug_check(complex, "folds");
     join_lone_pairs(complex, overlay);
-    #[cfg(test)]
-    debug_check(complex, "pairs");
     follow_borders(complex, overlay);
-    while split_repeated_arcs(complex) {}
-    #[cfg(test)]
-    debug_check(complex, "end");
+    make_distinct(complex);
     folds
+}
+
+/// Splits arcs until each cell has three sides or more and no two arcs have the same ends.
+pub(super) fn make_distinct(complex: &mut Complex) {
+    while split_repeated_arcs(complex) {}
 }
 
 /// Contracts arcs between two images of one lattice point: the map folds between them.
@@ -66,6 +63,14 @@ fn can_contract(complex: &Complex, dart: u32) -> bool {
             .iter()
             .any(|&side| complex.side_count(side) < 3)
     {
+        return false;
+    }
+    let tip_is_loose = |side: u32| {
+        let sides = [complex.previous[side as usize], complex.next[side as usize]];
+        let [one, two] = sides.map(|side| complex.cells[twin(side) as usize]);
+        complex.side_count(side) == 3 && one == two
+    };
+    if tip_is_loose(dart) || tip_is_loose(other) {
         return false;
     }
     let beside = [dart, other].map(|side| complex.cells[side as usize]);
@@ -213,37 +218,4 @@ fn split_repeated_arcs(complex: &mut Complex) -> bool {
         }
     }
     split
-}
-#[cfg(test)]
-pub(super) fn debug_check(complex: &Complex, what: &str) {
-    let mut bad = 0;
-    for d in 0..complex.dart_count() {
-        if !complex.is_alive(d) {
-            continue;
-        }
-        assert_eq!(complex.previous[complex.next[d as usize] as usize], d);
-        if !complex.is_outside(d) {
-            let n: Vec<u32> = complex.around_cell(d).map(|x| complex.origin(x)).collect();
-            let mut m = n.clone();
-            m.sort_unstable();
-            m.dedup();
-            if m.len() != n.len() || n.len() < 2 {
-                bad += 1;
-                if bad < 4 {
-                    eprintln!("{what}: cell {} nodes {n:?}", complex.cells[d as usize]);
-                }
-            }
-            if n.len() == 2 && what == "end" {
-                let o = complex.next[d as usize];
-                eprintln!(
-                    "lens {n:?} paths {:?} {:?} beyond {} {} kinds {:?}",
-                    complex.path(arc(d)),
-                    complex.path(arc(o)),
-                    complex.cells[twin(d) as usize],
-                    complex.cells[twin(o) as usize],
-                    complex.kinds[arc(d)]
-                );
-            }
-        }
-    }
 }

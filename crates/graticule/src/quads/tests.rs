@@ -98,7 +98,6 @@ fn a_square_with_whole_borders_gives_its_cells() {
         (32, 32)
     );
     assert_eq!(found.mesh.positions.len(), 9 * 5);
-    assert_eq!(found.mesh.creases.len(), 24);
     assert_eq!(
         (found.pruned_pieces, found.split_cells, found.folds),
         (0, 0, 0)
@@ -133,7 +132,6 @@ fn a_border_that_no_line_follows_closes_the_cells_along_it() {
     });
     let found = extract(&surface, &map);
     assert!(found.mesh.quad_count() > 50);
-    assert!(found.mesh.creases.len() > 20);
 }
 
 #[test]
@@ -379,10 +377,10 @@ fn features_become_chains_of_edges() {
             .all(|&vertex| (surface.position(vertex).x - 0.75).abs() < 1e-9)
     });
     let found = extract_polygons(&surface, &map, Some(&sharp), &Watch::new()).unwrap();
-    let length: f64 = (found.mesh.creases.iter())
+    let length: f64 = (found.mesh.feature_edges.iter())
         .map(|&[a, b]| found.mesh.positions[a as usize].distance(found.mesh.positions[b as usize]))
         .sum();
-    assert!((length - 7.0).abs() < 1e-9, "{length}");
+    assert!((length - 1.0).abs() < 1e-9, "{length}");
 }
 
 #[test]
