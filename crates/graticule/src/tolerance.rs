@@ -204,3 +204,9 @@ pub const GRID_AGREEMENT: f64 = 1e-4;
 /// Needles down to an angle of a hundredth of a degree count in full; thinner ones would only eat up
 /// the digits of their neighbours.
 pub const NEEDLE_COTANGENT: f64 = 1e4;
+
+/// Area of a triangle in a net, over that wished for, up to which it counts as flipped.
+///
+/// Coordinates of a net are rounded to 2^-32 of a line spacing; triangles of a thousandth of a cell
+/// keep their orientation with a wide margin.
+pub const FLAT_IN_NET: f64 = 1e-5;
