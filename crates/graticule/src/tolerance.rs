@@ -273,3 +273,9 @@ pub const COUNT_MISS: f64 = 0.03;
 /// hardly changes, so that one correction does it. Few cells come in steps that may step over the
 /// number.
 pub const FAIR_COUNT_ROUNDS: usize = 4;
+
+/// Area of a triangle in a net, over that wished for, up to which it counts as flipped.
+///
+/// Coordinates of a net are rounded to 2^-32 of a line spacing; triangles of a thousandth of a cell
+/// keep their orientation with a wide margin.
+pub const FLAT_IN_NET: f64 = 1e-5;

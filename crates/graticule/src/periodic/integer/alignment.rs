@@ -4,7 +4,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use super::frames::FaceFrames;
 use crate::geometry::IntrinsicTriangulation;
-use crate::mesh::{EdgeId, HalfedgeId, PerCorner, PerEdge, TriangleMesh, VertexId};
+use crate::mesh::{EdgeId, HalfedgeId, PerCorner, PerEdge, PerVertex, TriangleMesh, VertexId};
 
 /// The edges that lie on lines of the net.
 #[derive(Clone, Debug)]
@@ -200,15 +200,36 @@ fn centred(quarters: f64) -> f64 {
     quarters - 4.0 * (quarters / 4.0).round()
 }
 
-/// Marks the ends of edges.
-pub(super) fn ends_of(mesh: &TriangleMesh, edges: &[EdgeId]) -> crate::mesh::PerVertex<bool> {
-    let mut marked = crate::mesh::PerVertex::filled(mesh.vertex_count(), false);
-    for &edge in edges {
-        for vertex in mesh.ends(mesh.edge_halfedge(edge)) {
-            marked[vertex] = true;
-        }
+/// For each vertex the index, in quarters, that gives every corner between aligned edges there the
+/// quarters nearest to its angle, at least one: for the corner of a cube one, for a vertex of a
+/// smooth line none. 0 on the boundary and where fewer than two such edges meet.
+pub(super) fn wished_indices(
+    mesh: &TriangleMesh,
+    triangulation: &IntrinsicTriangulation,
+    wanted: &[EdgeId],
+) -> PerVertex<i32> {
+    let mut is_wanted = PerEdge::filled(mesh.edge_count(), false);
+    for &edge in wanted {
+        is_wanted[edge] = true;
     }
-    marked
+    PerVertex::from_fn(mesh.vertex_count(), |vertex| {
+        let fan: Vec<HalfedgeId> = mesh.outgoing(vertex).collect();
+        let starts: Vec<usize> = (0..fan.len())
+            .filter(|&place| is_wanted[mesh.edge(fan[place])])
+            .collect();
+        if mesh.is_boundary_vertex(vertex) || starts.len() < 2 {
+            return 0;
+        }
+        let quarters = starts.iter().enumerate().map(|(number, &start)| {
+            let end = starts
+                .get(number + 1)
+                .map_or(starts[0] + fan.len(), |&end| end);
+            let corners = (start..end).map(|place| fan[place % fan.len()]);
+            let angles = corners.map(|h| triangulation.shape(h.face()).angle(h.side()));
+            (angles.sum::<f64>() / FRAC_PI_2).round().max(1.0) as i32
+        });
+        4 - quarters.sum::<i32>()
+    })
 }
 
 /// The edges to be aligned, once each: those given, and the boundary if wanted.
@@ -225,4 +246,15 @@ pub(super) fn wanted_edges(
     edges
         .filter(|&edge| is_wanted[edge] || (boundary && mesh.is_boundary_edge(edge)))
         .collect()
+}
+
+/// Marks the vertices of edges.
+pub(super) fn ends_of(mesh: &TriangleMesh, edges: &[EdgeId]) -> PerVertex<bool> {
+    let mut marked = PerVertex::filled(mesh.vertex_count(), false);
+    for &edge in edges {
+        for vertex in mesh.ends(mesh.edge_halfedge(edge)) {
+            marked[vertex] = true;
+        }
+    }
+    marked
 }

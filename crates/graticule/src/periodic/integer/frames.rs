@@ -28,16 +28,17 @@ pub(super) struct FaceFrames {
 }
 
 impl FaceFrames {
-    /// `keep_regular` marks vertices that get a singularity only where there is no other corner.
+    /// `wished` has the index in quarters that each vertex should get if a singularity is near, for
+    /// vertices on lines to be followed; `None` elsewhere.
     pub(super) fn of(
         mesh: &TriangleMesh,
         triangulation: &IntrinsicTriangulation,
         field: &CrossField,
-        keep_regular: &PerVertex<bool>,
+        wished: &PerVertex<Option<i32>>,
     ) -> Self {
         let quarters = edge_quarters(field, triangulation);
         let singular = Singularities::of(field, mesh, triangulation);
-        let (corners, steps) = singular_corners(mesh, &singular, keep_regular);
+        let (corners, steps) = singular_corners(mesh, &singular, wished);
         let mut labels = PerCorner::filled(mesh.halfedge_count(), 0);
         for face in mesh.faces() {
             label_face(mesh, &quarters, corners[face], face, &mut labels);
@@ -120,12 +121,13 @@ fn oriented(mesh: &TriangleMesh, quarters: &PerEdge<i32>, halfedge: HalfedgeId) 
 /// For each singular triangle the corner that becomes singular in its stead, and the index of
 /// each vertex in quarters.
 ///
-/// Preferred is a corner where an opposite index is cancelled, then one inside the surface and off
-/// the lines to be followed, then one not singular yet, then the one with most triangles round it.
+/// Preferred is a corner that comes nearer to the index wished for, which is 0 off the lines, then
+/// one inside the surface and off the lines, then one not singular yet, then the one with most
+/// triangles round it.
 fn singular_corners(
     mesh: &TriangleMesh,
     singular: &Singularities,
-    keep_regular: &PerVertex<bool>,
+    wished: &PerVertex<Option<i32>>,
 ) -> (PerFace<Option<u8>>, PerVertex<i32>) {
     let mut corners = PerFace::filled(mesh.face_count(), None);
     let mut steps = PerVertex::filled(mesh.vertex_count(), 0);
@@ -133,10 +135,11 @@ fn singular_corners(
         let triangle = mesh.triangle(singularity.face);
         let merit = |&side: &usize| {
             let vertex: VertexId = triangle[side];
-            let together = steps[vertex] * singularity.steps;
-            let is_free = !keep_regular[vertex] && !mesh.is_boundary_vertex(vertex);
+            let missing = wished[vertex].unwrap_or_default() - steps[vertex];
+            let comes_nearer = missing * singularity.steps > 0;
+            let is_free = wished[vertex].is_none() && !mesh.is_boundary_vertex(vertex);
             let room = mesh.outgoing(vertex).count();
-            (together < 0, is_free, together == 0, room, 3 - side)
+            (comes_nearer, is_free, missing == 0, room, 3 - side)
         };
         let side = (0..3).max_by_key(merit).unwrap_or_default();
         steps[triangle[side]] += singularity.steps;

@@ -9,6 +9,7 @@
 
 mod alignment;
 mod cut;
+mod descent;
 mod energy;
 mod error;
 mod form;
@@ -21,6 +22,7 @@ mod rounding;
 mod stage;
 mod system;
 mod unknowns;
+mod untangle;
 
 pub use error::IntegerGridError;
 pub use options::{GridDensity, IntegerGridOptions};

@@ -85,8 +85,9 @@ fn fix(inverse: &mut Mat<f64>, values: &mut [f64], open: &[usize], column: usize
     }
     for &other in open {
         let factor = inverse[(other, column)];
+        let entries = inverse.col_as_slice_mut(other);
         for (&row, share) in open.iter().zip(&shares) {
-            inverse[(row, other)] -= share * factor;
+            entries[row] -= share * factor;
         }
     }
 }

@@ -1,6 +1,6 @@
 use glam::DVec2;
 
-use super::alignment::{Alignment, ends_of, wanted_edges};
+use super::alignment::{Alignment, ends_of, wanted_edges, wished_indices};
 use super::cut::{Cut, DualForest};
 use super::energy::SideEnergy;
 use super::form::Form;
@@ -9,6 +9,7 @@ use super::lattice::solve_whole;
 use super::rounding::Rounding;
 use super::system::NetSystem;
 use super::unknowns::{Slot, Unknowns};
+use super::untangle::SettledNet;
 use super::{GridDensity, IntegerGridError, IntegerGridOptions, IntegerGridReport};
 use crate::field::{CrossField, Singularities, Symmetry};
 use crate::geometry::{IntrinsicTriangulation, Similarity, normalized};
@@ -49,8 +50,13 @@ pub fn integer_grid_map(
     check_field(surface, field)?;
     let (unit, similarity) = normalized(surface);
     let net = Net::of(&unit, field, options, watch)?;
-    let (solved, densities) = net.dense(options.density, &similarity, watch)?;
-    let report = net.report(&solved, &similarity, densities);
+    let (mut solved, densities) = net.dense(options.density, &similarity, watch)?;
+    let flips = solved.net.flipped().len();
+    {
+        let _stage = watch.stage("untangling");
+        solved.net.untangle(options.untangling_rounds, watch)?;
+    }
+    let report = net.report(&solved, &similarity, [densities, flips]);
     let map = net.grid_map(solved)?;
     Ok(IntegerGridMap { map, report })
 }
@@ -71,7 +77,6 @@ fn check_field(surface: &Surface, field: &CrossField) -> Result<(), IntegerGridE
 /// Everything that does not depend on the density.
 struct Net<'a> {
     surface: &'a Surface,
-    shapes: IntrinsicTriangulation,
     frames: FaceFrames,
     cut: Cut,
     alignment: Alignment,
@@ -85,9 +90,9 @@ struct Net<'a> {
 }
 
 /// A net at one density.
-struct Solved {
+struct Solved<'a> {
     density: f64,
-    coordinates: PerCorner<DVec2>,
+    net: SettledNet<'a>,
     wholes: Vec<i64>,
     cells: f64,
 }
@@ -103,7 +108,11 @@ impl<'a> Net<'a> {
         let triangulation = IntrinsicTriangulation::of(surface)?;
         let wanted = wanted_edges(mesh, &options.features, options.align_boundary);
         let on_lines = ends_of(mesh, &wanted);
-        let mut frames = FaceFrames::of(mesh, &triangulation, field, &on_lines);
+        let indices = wished_indices(mesh, &triangulation, &wanted);
+        let wished = PerVertex::from_fn(mesh.vertex_count(), |vertex| {
+            on_lines[vertex].then_some(indices[vertex])
+        });
+        let mut frames = FaceFrames::of(mesh, &triangulation, field, &wished);
         let forest = DualForest::of(mesh);
         frames.straighten(mesh, &forest);
         check_turns(surface, &frames)?;
@@ -129,7 +138,6 @@ impl<'a> Net<'a> {
             Rounding::new(&whole_energy).ok_or(IntegerGridError::Undetermined { parameters })?;
         Ok(Self {
             surface,
-            shapes,
             frames,
             cut,
             alignment,
@@ -149,7 +157,7 @@ impl<'a> Net<'a> {
         density: GridDensity,
         similarity: &Similarity,
         watch: &Watch,
-    ) -> Result<(Solved, usize), IntegerGridError> {
+    ) -> Result<(Solved<'a>, usize), IntegerGridError> {
         match density {
             GridDensity::EdgeLength(length) => {
                 let length = libm::ldexp(length, similarity.exponent());
@@ -160,10 +168,14 @@ impl<'a> Net<'a> {
     }
 
     /// The net whose area is nearest to the number asked for, of a few that come ever closer.
-    fn with_cells(&self, wanted: f64, watch: &Watch) -> Result<(Solved, usize), IntegerGridError> {
+    fn with_cells(
+        &self,
+        wanted: f64,
+        watch: &Watch,
+    ) -> Result<(Solved<'a>, usize), IntegerGridError> {
         let mut density = (wanted / self.wished_area()).sqrt();
-        let mut best: Option<Solved> = None;
-        let off = |solved: &Solved| (solved.cells / wanted - 1.0).abs();
+        let mut best: Option<Solved<'a>> = None;
+        let off = |solved: &Solved<'a>| (solved.cells / wanted - 1.0).abs();
         for tried in 1..=MOST_DENSITIES {
             let solved = self.solve(density, watch)?;
             let ratio = (wanted / solved.cells.max(wanted / 16.0)).sqrt();
@@ -190,47 +202,50 @@ impl<'a> Net<'a> {
         faces.map(area).sum()
     }
 
-    fn solve(&self, density: f64, watch: &Watch) -> Result<Solved, IntegerGridError> {
+    fn solve(&self, density: f64, watch: &Watch) -> Result<Solved<'a>, IntegerGridError> {
         let parameters = self.rounding.at(density, watch)?;
         let wholes: Vec<i64> = self.rows.iter().map(|row| row.value(&parameters)).collect();
         let reals = self.system.reals(density, &wholes)?;
         watch.check()?;
-        let coordinates = self.coordinates(&reals, &wholes);
-        let cells = self
-            .surface
-            .mesh()
-            .faces()
-            .map(|face| map_area(&coordinates, face))
-            .sum();
+        let net = self.settled(density, &reals, &wholes);
+        let faces = self.surface.mesh().faces();
+        let cells = faces.map(|face| net.map_area(face)).sum();
         Ok(Solved {
             density,
-            coordinates,
+            net,
             wholes,
             cells,
         })
     }
 
-    fn coordinates(&self, reals: &[f64], wholes: &[i64]) -> PerCorner<DVec2> {
+    fn settled(&self, density: f64, reals: &[f64], wholes: &[i64]) -> SettledNet<'a> {
         let mesh = self.surface.mesh();
-        let own = |vertex: VertexId| {
+        let place = |vertex: VertexId| {
             let [x, y] = self.unknowns.slots[vertex].map(|slot| match slot {
                 Slot::Real(column) => reals[column as usize],
                 Slot::Whole(sum) => self.unknowns.sums[sum as usize].value(wholes) as f64,
             });
             DVec2::new(x, y)
         };
-        let own = PerVertex::from_fn(mesh.vertex_count(), own);
-        PerCorner::from_fn(mesh.halfedge_count(), |corner: HalfedgeId| {
+        let corner = |corner: HalfedgeId| {
             let jump = &self.unknowns.jumps[corner];
-            let shifts = jump.shifts.iter().map(|shift| {
-                let [x, y] = chain_shift(wholes, shift.chain);
-                shift.turn.apply(DVec2::new(x as f64, y as f64))
-            });
-            jump.turn.apply(own[mesh.origin(corner)]) + shifts.sum::<DVec2>()
-        })
+            let shift = [0, 1].map(|c| saturated(Unknowns::shift(jump, c).value(wholes)));
+            Transition {
+                turn: jump.turn,
+                shift,
+            }
+        };
+        let is_real = |slot| matches!(slot, Slot::Real(_));
+        SettledNet {
+            mesh,
+            corners: PerCorner::from_fn(mesh.halfedge_count(), corner),
+            is_free: self.unknowns.slots.map(|slots| slots.map(is_real)),
+            wishes: self.energy.wishes.map(|wish| *wish * density),
+            places: PerVertex::from_fn(mesh.vertex_count(), place),
+        }
     }
 
-    fn grid_map(&self, solved: Solved) -> Result<GridMap, IntegerGridError> {
+    fn grid_map(&self, solved: Solved<'_>) -> Result<GridMap, IntegerGridError> {
         let mesh = self.surface.mesh();
         let transitions = PerCorner::from_fn(mesh.halfedge_count(), |halfedge: HalfedgeId| {
             mesh.twin(halfedge)?;
@@ -253,25 +268,19 @@ impl<'a> Net<'a> {
             })
         });
         let left_out = PerFace::filled(mesh.face_count(), false);
-        Ok(GridMap::new(
-            mesh,
-            solved.coordinates,
-            transitions,
-            left_out,
-        )?)
+        let coordinates = PerCorner::from_fn(mesh.halfedge_count(), |corner| {
+            solved.net.coordinate(corner)
+        });
+        Ok(GridMap::new(mesh, coordinates, transitions, left_out)?)
     }
 
     fn report(
         &self,
-        solved: &Solved,
+        solved: &Solved<'_>,
         similarity: &Similarity,
-        densities: usize,
+        [densities, flips_before]: [usize; 2],
     ) -> IntegerGridReport {
         let mesh = self.surface.mesh();
-        let flips = mesh
-            .faces()
-            .filter(|&face| map_area(&solved.coordinates, face) <= 0.0)
-            .count();
         IntegerGridReport {
             field_singularities: self.field_singularities,
             singular_vertices: self.unknowns.singular.len(),
@@ -282,18 +291,19 @@ impl<'a> Net<'a> {
             edge_length: similarity.invert_length(1.0 / solved.density),
             cells: solved.cells,
             gradient_error: self.gradient_error(solved),
-            flips_before: flips,
-            flips,
+            flips_before,
+            flips: solved.net.flipped().len(),
             densities,
         }
     }
 
-    fn gradient_error(&self, solved: &Solved) -> f64 {
+    fn gradient_error(&self, solved: &Solved<'_>) -> f64 {
         let mesh = self.surface.mesh();
         let [mut error, mut whole] = [0.0; 2];
         for halfedge in mesh.halfedges() {
-            let difference = solved.coordinates[halfedge.next()] - solved.coordinates[halfedge];
-            let wish = self.energy.wishes[halfedge] * solved.density;
+            let difference =
+                solved.net.coordinate(halfedge.next()) - solved.net.coordinate(halfedge);
+            let wish = solved.net.wishes[halfedge];
             let weight = self.energy.weights[halfedge];
             error += weight * difference.distance_squared(wish);
             whole += weight * wish.length_squared();
@@ -315,12 +325,6 @@ fn saturated(whole: i64) -> i32 {
 fn chain_shift(wholes: &[i64], chain: u32) -> [i64; 2] {
     let first = 2 * chain as usize;
     [wholes[first], wholes[first + 1]]
-}
-
-/// The signed area of the image of a triangle.
-fn map_area(coordinates: &PerCorner<DVec2>, face: FaceId) -> f64 {
-    let [a, b, c] = face.halfedges().map(|corner| coordinates[corner]);
-    0.5 * (b - a).perp_dot(c - a)
 }
 
 fn check_turns(surface: &Surface, frames: &FaceFrames) -> Result<(), IntegerGridError> {
