@@ -211,15 +211,67 @@ impl Jump {
         } else {
             turn.then(QuarterTurn::BACK)
         };
+        self.push(ChainShift { chain, turn });
+    }
+
+    fn push(&mut self, shift: ChainShift) {
         let opposite = ChainShift {
-            chain,
-            turn: turn.then(QuarterTurn::BACK),
+            turn: shift.turn.then(QuarterTurn::BACK),
+            ..shift
         };
-        match self.shifts.iter().position(|shift| *shift == opposite) {
+        match self.shifts.iter().position(|other| *other == opposite) {
             Some(place) => {
                 self.shifts.remove(place);
             }
-            None => self.shifts.push(ChainShift { chain, turn }),
+            None => self.shifts.push(shift),
         }
+    }
+
+    /// This jump, then the other.
+    pub(super) fn then(&self, next: &Self) -> Self {
+        let turned = self.shifts.iter().map(|shift| ChainShift {
+            turn: shift.turn.then(next.turn),
+            ..*shift
+        });
+        let mut both = Self {
+            turn: self.turn.then(next.turn),
+            shifts: turned.collect(),
+        };
+        for &shift in &next.shifts {
+            both.push(shift);
+        }
+        both
+    }
+
+    /// The way back.
+    pub(super) fn inverse(&self) -> Self {
+        let turn = self.turn.inverse();
+        let back = |shift: &ChainShift| ChainShift {
+            turn: shift.turn.then(turn).then(QuarterTurn::BACK),
+            ..*shift
+        };
+        Self {
+            turn,
+            shifts: self.shifts.iter().map(back).collect(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_jump_and_its_way_back_are_no_jump() {
+        let shift = |chain, quarters| ChainShift {
+            chain,
+            turn: QuarterTurn::of_quarters(quarters),
+        };
+        let jump = Jump {
+            turn: QuarterTurn::LEFT,
+            shifts: vec![shift(3, 1), shift(0, 2), shift(3, 0)],
+        };
+        assert_eq!(jump.then(&jump.inverse()), Jump::default());
+        assert_eq!(jump.inverse().then(&jump), Jump::default());
     }
 }

@@ -19,6 +19,7 @@ mod options;
 mod poisson;
 mod report;
 mod rounding;
+mod separation;
 mod stage;
 mod system;
 mod unknowns;

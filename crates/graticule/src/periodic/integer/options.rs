@@ -34,7 +34,7 @@ impl Default for IntegerGridOptions {
             align_boundary: true,
             features: Vec::new(),
             sizing: None,
-            untangling_rounds: 8,
+            untangling_rounds: 5,
         }
     }
 }

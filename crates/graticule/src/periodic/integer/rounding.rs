@@ -3,6 +3,7 @@
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 
+use super::separation::Guard;
 use super::system::WholeEnergy;
 use crate::watch::{Stopped, Watch};
 
@@ -41,20 +42,52 @@ impl Rounding {
     }
 
     /// The rounded parameters at a density.
-    pub(super) fn at(&self, density: f64, watch: &Watch) -> Result<Vec<i64>, Stopped> {
+    ///
+    /// A parameter that would round neighbours of `guard` together takes the next whole number that
+    /// does not.
+    pub(super) fn at(
+        &self,
+        density: f64,
+        guard: &Guard,
+        watch: &Watch,
+    ) -> Result<Vec<i64>, Stopped> {
         let mut values: Vec<f64> = self.relaxed.iter().map(|value| density * value).collect();
         let mut inverse = self.inverse.clone();
         let mut open: Vec<usize> = (0..values.len()).collect();
+        let mut is_settled = vec![false; values.len()];
         while let Some(place) = cheapest(&open, &values, &inverse) {
             watch.check()?;
             let column = open.swap_remove(place);
-            let whole = values[column].round();
-            let step = whole - values[column];
+            let relaxed = values[column];
+            let whole = best_whole(relaxed, |whole| {
+                values[column] = whole;
+                guard.broken(column, &values, &is_settled, density)
+            });
+            values[column] = relaxed;
+            is_settled[column] = true;
+            let step = whole - relaxed;
             fix(&mut inverse, &mut values, &open, column, step);
             values[column] = whole;
         }
         Ok(values.into_iter().map(|value| value as i64).collect())
     }
+}
+
+/// Of the whole numbers near a value the nearest of those that break least.
+fn best_whole(value: f64, mut broken: impl FnMut(f64) -> usize) -> f64 {
+    let nearest = value.round();
+    let side = if value >= nearest { 1.0 } else { -1.0 };
+    let mut best = (usize::MAX, nearest);
+    for offset in [0.0, side, -side, 2.0 * side, -2.0 * side] {
+        let count = broken(nearest + offset);
+        if count < best.0 {
+            best = (count, nearest + offset);
+        }
+        if count == 0 {
+            break;
+        }
+    }
+    best.1
 }
 
 /// The place in `open` of the parameter whose rounding costs least.

@@ -7,6 +7,7 @@ use super::form::Form;
 use super::frames::FaceFrames;
 use super::lattice::solve_whole;
 use super::rounding::Rounding;
+use super::separation::{Guard, separations};
 use super::system::NetSystem;
 use super::unknowns::{Slot, Unknowns};
 use super::untangle::SettledNet;
@@ -85,6 +86,7 @@ struct Net<'a> {
     system: NetSystem,
     rows: Vec<Form>,
     rounding: Rounding,
+    guard: Guard,
     parameters: usize,
     field_singularities: usize,
 }
@@ -136,6 +138,7 @@ impl<'a> Net<'a> {
         let whole_energy = system.over_parameters(&rows, parameters);
         let rounding =
             Rounding::new(&whole_energy).ok_or(IntegerGridError::Undetermined { parameters })?;
+        let guard = Guard::new(&separations(mesh, &unknowns, &energy), &rows, parameters);
         Ok(Self {
             surface,
             frames,
@@ -146,6 +149,7 @@ impl<'a> Net<'a> {
             system,
             rows,
             rounding,
+            guard,
             parameters,
             field_singularities,
         })
@@ -203,7 +207,7 @@ impl<'a> Net<'a> {
     }
 
     fn solve(&self, density: f64, watch: &Watch) -> Result<Solved<'a>, IntegerGridError> {
-        let parameters = self.rounding.at(density, watch)?;
+        let parameters = self.rounding.at(density, &self.guard, watch)?;
         let wholes: Vec<i64> = self.rows.iter().map(|row| row.value(&parameters)).collect();
         let reals = self.system.reals(density, &wholes)?;
         watch.check()?;

@@ -143,7 +143,7 @@ impl SettledNet<'_> {
 }
 
 /// Times that the regularisation is made weaker.
-const MOST_REGULARISATIONS: usize = 40;
+const MOST_REGULARISATIONS: usize = 25;
 
 /// How much of the worst stretch the determinant is smoothed by.
 const SMOOTHING: f64 = 0.2;
