@@ -62,7 +62,8 @@ pub fn extract_polygons(
     let mut folds = make_regular(&mut complex, &overlay);
     let mut mesh = polygons(&complex, &overlay);
     if mesh.check(surface).is_err() {
-        let message = "the map folds so that vertices could not be joined; polygons are left as cut";
+        let message =
+            "the map folds so that vertices could not be joined; polygons are left as cut";
         watch.warn("folds-kept", message);
         folds = 0;
         complex = Complex::of(&overlay, &cells);

@@ -49,7 +49,8 @@ impl<'a> Partition<'a> {
         let pieces = self.best_pieces(vertices)?;
         for piece in &pieces {
             for (index, &from) in piece.iter().enumerate() {
-                self.edges.insert(ordered(from, piece[(index + 1) % piece.len()]));
+                self.edges
+                    .insert(ordered(from, piece[(index + 1) % piece.len()]));
             }
         }
         Some(pieces)
@@ -140,7 +141,10 @@ impl<'a> Partition<'a> {
                 let rest: f64 = behind.iter().map(|[a, b]| best[a * count + b].cost).sum();
                 let cost = rest + self.cost(corners);
                 if cost < least.cost {
-                    least = Best { cost, piece: [p, q] };
+                    least = Best {
+                        cost,
+                        piece: [p, q],
+                    };
                 }
             }
         }
@@ -158,7 +162,11 @@ impl<'a> Partition<'a> {
         };
         // A triangle counts like one poor quad more.
         let extra = f64::from(u8::from(is_triangle));
-        let inverted = if quality < FLAT_CORNER { INVERTED_PIECE } else { 0.0 };
+        let inverted = if quality < FLAT_CORNER {
+            INVERTED_PIECE
+        } else {
+            0.0
+        };
         (1.0 - quality).powi(2) + extra + inverted
     }
 }

@@ -5,7 +5,9 @@ use super::{
     extract_polygons, pure_quads, quad_dominant, shape,
 };
 use crate::Hint;
-use crate::field::{FieldError, FieldOptions, FieldReport, FieldResult, cross_field, feature_edges};
+use crate::field::{
+    FieldError, FieldOptions, FieldReport, FieldResult, cross_field, feature_edges,
+};
 use crate::mesh::{EdgeId, PerEdge, Surface};
 use crate::periodic::{
     GridDensity, IntegerGridError, IntegerGridOptions, IntegerGridReport, integer_grid_map,
