@@ -34,9 +34,15 @@ impl EdgeNodes {
     /// [`QuadsError::TooFine`].
     pub(super) fn of(mesh: &TriangleMesh, map: &GridMap) -> Result<Self, QuadsError> {
         let sides = PerEdge::from_fn(mesh.edge_count(), |edge| chosen_side(mesh, map, edge));
+        // Without coordinates an edge is a point between lines, which nothing passes.
+        let nowhere = [[1; 2]; 2];
         let ends = |edge: EdgeId| {
             let side: HalfedgeId = sides[edge];
-            [side, side.next()].map(|corner| corner_steps(map, corner))
+            if map.is_left_out(side.face()) {
+                nowhere
+            } else {
+                [side, side.next()].map(|corner| corner_steps(map, corner))
+            }
         };
         let crossings: u64 = mesh.edges().map(|edge| crossing_bound(ends(edge))).sum();
         if crossings > MOST_NODES {

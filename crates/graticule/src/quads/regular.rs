@@ -28,6 +28,11 @@ fn draw_folds_together(complex: &mut Complex, overlay: &Overlay) -> usize {
         let before = folds;
         for dart in (0..complex.dart_count()).step_by(2) {
             if is_fold(complex, overlay, dart) && can_contract(complex, dart) {
+                let dart = if is_held(complex, twin(dart)) {
+                    twin(dart)
+                } else {
+                    dart
+                };
                 let beside = [dart, twin(dart)].map(|dart| complex.next[dart as usize]);
                 complex.contract(dart);
                 folds += 1;
@@ -51,6 +56,13 @@ fn is_fold(complex: &Complex, overlay: &Overlay, dart: u32) -> bool {
         && lattice(twin(dart))
 }
 
+/// Whether the origin of a dart lies on the boundary or on a feature, and so keeps its place.
+fn is_held(complex: &Complex, dart: u32) -> bool {
+    complex
+        .around_node(dart)
+        .any(|leaving| complex.kinds[arc(leaving)] >= ArcKind::Feature)
+}
+
 /// Whether the surface stays what it is when the ends of an arc become one: no cell and no node
 /// other than those beside the arc touches both.
 fn can_contract(complex: &Complex, dart: u32) -> bool {
@@ -59,6 +71,7 @@ fn can_contract(complex: &Complex, dart: u32) -> bool {
     let touches_border = |dart: u32| around(dart).any(|leaving| complex.is_outside(leaving));
     if complex.origin(dart) == complex.origin(other)
         || touches_border(dart) && touches_border(other)
+        || is_held(complex, dart) && is_held(complex, other)
         || [dart, other]
             .iter()
             .any(|&side| complex.side_count(side) < 3)

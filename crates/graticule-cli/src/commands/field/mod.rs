@@ -60,7 +60,7 @@ fn field(
     let mut wanted = options.field_options(session.common.seed);
     let guides = wishes.on_surface(&input.soup, repaired)?;
     wanted.guides = guides.iter().map(|(_, guide)| *guide).collect();
-    wanted.features.edges = guides::lines_of_file(&input.soup, repaired, &session.watch);
+    wanted.features.edges = lines_of_file(&input.soup, repaired, &session.watch);
     let found = cross_field(&repaired.surface, &wanted, &session.watch);
     found.map_err(|error| match error {
         FieldError::Guide { guide, what, value } => {
