@@ -13,7 +13,7 @@
 //! | [`flatten`] | a patch | planar coordinates |
 //! | [`field`] | a surface | a smooth field of crosses, its singularities, a scale without curl |
 //! | [`periodic`] | a cross field | coordinates whose whole numbers form a net |
-//! | [`quads`] | a map, a quad mesh | a quad mesh in its final shape |
+//! | [`quads`] | such coordinates | a quad mesh in its final shape |
 //!
 //! The library opens no files, prints nothing and starts no threads beyond rayon's pool.
 //!

@@ -1,19 +1,19 @@
 /// Sets that only ever grow together; the smallest member names the set.
 #[derive(Clone, Debug)]
-pub(super) struct DisjointSets {
+pub(crate) struct DisjointSets {
     parents: Vec<u32>,
 }
 
 impl DisjointSets {
     /// `count` sets of one member each.
-    pub(super) fn new(count: usize) -> Self {
+    pub(crate) fn new(count: usize) -> Self {
         Self {
             parents: (0..count as u32).collect(),
         }
     }
 
     /// The smallest member of the set that holds `member`.
-    pub(super) fn find(&mut self, mut member: u32) -> u32 {
+    pub(crate) fn find(&mut self, mut member: u32) -> u32 {
         while self.parents[member as usize] != member {
             let grandparent = self.parents[self.parents[member as usize] as usize];
             self.parents[member as usize] = grandparent;
@@ -23,14 +23,14 @@ impl DisjointSets {
     }
 
     /// Joins the sets of both members; returns whether they were apart.
-    pub(super) fn join(&mut self, first: u32, second: u32) -> bool {
+    pub(crate) fn join(&mut self, first: u32, second: u32) -> bool {
         let [first, second] = [self.find(first), self.find(second)];
         self.parents[first.max(second) as usize] = first.min(second);
         first != second
     }
 
     /// For each member the smallest one of its set.
-    pub(super) fn into_names(mut self) -> Vec<u32> {
+    pub(crate) fn into_names(mut self) -> Vec<u32> {
         // Parents are never larger than their children, so one pass in order suffices.
         for member in 0..self.parents.len() {
             self.parents[member] = self.parents[self.parents[member] as usize];
@@ -41,7 +41,7 @@ impl DisjointSets {
 
 /// Numbers the distinct values `0..` in the order of their first appearance; `names` become
 /// numbers. Returns how many there are. Every name must be the index of an element.
-pub(super) fn number_names(names: &mut [u32]) -> usize {
+pub(crate) fn number_names(names: &mut [u32]) -> usize {
     let mut numbers = vec![u32::MAX; names.len()];
     let mut count = 0;
     for name in names {

@@ -6,7 +6,7 @@
 
 mod coincidence;
 mod defects;
-mod disjoint_sets;
+pub(crate) mod disjoint_sets;
 mod element;
 mod error;
 mod faces;

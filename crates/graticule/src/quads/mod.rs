@@ -1,10 +1,35 @@
-//! Quad meshes on surfaces.
+//! Quad meshes from maps whose whole coordinates form a net ([PGP06] §5).
 //!
-//! [`shape()`] moves the vertices of a quad mesh along the surface that it lies on; [`Carry`] gives it
-//! the attributes of the input.
+//! [`extract_polygons`] reads the polygons off a map; [`shape()`] moves their vertices along the
+//! surface; [`Carry`] gives them the attributes of the input.
+//!
+//! [PGP06]: crate::papers::PGP06
 
 mod attributes;
+mod cells;
+mod complex;
+mod edge_nodes;
+mod error;
+mod extract;
+mod line;
+mod overlay;
+mod partition;
+mod polygon_mesh;
+mod purify;
+mod regular;
+mod remesh;
 mod shape;
+mod sides;
+mod split;
+mod triangle_cut;
 
 pub use attributes::{Carry, InputPoint};
+pub use error::QuadsError;
+pub use extract::{Extraction, extract_polygons};
+pub use polygon_mesh::PolygonMesh;
+pub use purify::{CutReport, pure_quads, quad_dominant};
+pub use remesh::{QuadMode, RemeshError, RemeshOptions, RemeshReport, Remeshed, remesh};
 pub use shape::{Net, ShapeError, ShapeOptions, ShapeQuality, ShapeReport, Shaped, shape};
+
+#[cfg(test)]
+mod tests;

@@ -32,6 +32,7 @@
 //! ```
 
 mod cholesky;
+mod complement;
 mod constraints;
 mod dirichlet;
 mod eigen;

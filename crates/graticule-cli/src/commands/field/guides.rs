@@ -107,7 +107,7 @@ fn nowhere(number: usize, wish: &Wish) -> Failure {
 }
 
 /// The edges of the surface that the file's polylines run along; warns of pieces beside the edges.
-pub(super) fn lines_of_file(soup: &PolygonSoup, repaired: &Repaired, watch: &Watch) -> Vec<EdgeId> {
+pub(crate) fn lines_of_file(soup: &PolygonSoup, repaired: &Repaired, watch: &Watch) -> Vec<EdgeId> {
     if soup.polylines.is_empty() {
         return Vec::new();
     }

@@ -17,6 +17,7 @@ use crate::report::{Report, to_value};
 use crate::session::Session;
 
 use guides::Wishes;
+pub(crate) use guides::lines_of_file;
 pub(crate) use options::Options;
 use output::FieldOutput;
 

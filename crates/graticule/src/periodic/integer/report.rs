@@ -1,0 +1,32 @@
+use serde::Serialize;
+
+/// Figures of an integer grid map.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct IntegerGridReport {
+    /// Singular triangles of the field.
+    pub field_singularities: usize,
+    /// Singular vertices of the map inside the surface: the irregular ones of its quads.
+    pub singular_vertices: usize,
+    /// Chains of the cut across which coordinates jump.
+    pub chains: usize,
+    /// Whole numbers that were free to be chosen.
+    pub whole_parameters: usize,
+    /// Edges that lines run along.
+    pub aligned_edges: usize,
+    /// Edges that lines were to run along and do not, for want of room at a corner.
+    pub dropped_edges: usize,
+    /// Distance of lines that the energy wished for, in the unit of the positions, where the
+    /// sizing is 1.
+    pub edge_length: f64,
+    /// The area of the map, in cells of the net.
+    pub cells: f64,
+    /// Mean over the area of the difference between the gradients of the coordinates and those
+    /// wished for, relative to the latter.
+    pub gradient_error: f64,
+    /// Triangles without positive orientation after rounding.
+    pub flips_before: usize,
+    /// The same in the end.
+    pub flips: usize,
+    /// Densities that were tried for the number of quads.
+    pub densities: usize,
+}
