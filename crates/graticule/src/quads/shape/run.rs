@@ -55,6 +55,8 @@ struct Judgement {
     energy: f64,
     /// The least sine at a corner that the vertex takes part in.
     own_sine: f64,
+    /// The least mean ratio there.
+    own_ratio: f64,
     /// The least sine at any corner of the polygons, where the vertex can only turn the normal.
     least_sine: f64,
     /// The least cosine between the normal of a polygon and that of the surface at a corner.
@@ -80,7 +82,7 @@ impl Judgement {
 enum Aim {
     /// The least sum of a power of the energies.
     Energy(u32),
-    /// The greatest least sine, by trying.
+    /// The greatest least mean ratio, by trying.
     Search,
 }
 
@@ -266,18 +268,18 @@ impl Run {
         })
     }
 
-    /// The best place found where the least sine is larger than now: between the neighbours, or on
-    /// ever smaller circles around the best one before.
+    /// The best place found where the least mean ratio is larger than now: between the neighbours, or
+    /// on ever smaller circles around the best one before.
     fn search(&self, vertex: usize, floor: f64) -> Option<Place> {
         let [u, v] = self.directions(vertex)?;
         let here = self.places[vertex];
         let before = self.judge(vertex, here, 1, 0.0);
-        let mut best = (here, before.own_sine);
+        let mut best = (here, before.own_ratio);
         let mut consider = |target: DVec3| {
             if let Some(place) = self.reached(vertex, target) {
                 let after = self.judge(vertex, place, 1, 0.0);
-                if after.own_sine > best.1 && after.is_harmless(&before, floor) {
-                    best = (place, after.own_sine);
+                if after.own_ratio > best.1 && after.is_harmless(&before, floor) {
+                    best = (place, after.own_ratio);
                 }
             }
             best.0.position
@@ -292,7 +294,7 @@ impl Run {
                     consider(around + (u * cosine + v * sine) * (length * self.scales[vertex]));
             }
         }
-        (best.1 > before.own_sine).then_some(best.0)
+        (best.1 > before.own_ratio).then_some(best.0)
     }
 
     fn middle_of_neighbors(&self, vertex: usize) -> DVec3 {
@@ -388,6 +390,7 @@ impl Run {
         let mut judgement = Judgement {
             energy: 0.0,
             own_sine: f64::INFINITY,
+            own_ratio: f64::INFINITY,
             least_sine: f64::INFINITY,
             facing: f64::INFINITY,
         };
@@ -405,6 +408,7 @@ impl Run {
             for term in self.terms_at(corner, view.normal) {
                 judgement.energy += raise(term.value(x, blur), power);
                 judgement.own_sine = judgement.own_sine.min(term.sine(x));
+                judgement.own_ratio = judgement.own_ratio.min(term.mean_ratio(x));
             }
             let sine = self.least_sine(polygon, view.normal, placed);
             judgement.least_sine = judgement.least_sine.min(sine);
