@@ -32,7 +32,6 @@
 //! ```
 
 mod cholesky;
-mod complement;
 mod constraints;
 mod dirichlet;
 mod eigen;
@@ -40,6 +39,7 @@ mod error;
 mod fronts;
 mod hermitian;
 mod iterative;
+mod last_block;
 mod ldlt;
 mod lu;
 mod ordering;

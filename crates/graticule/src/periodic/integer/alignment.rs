@@ -37,6 +37,10 @@ impl Alignment {
         for &edge in wanted {
             aligner.lay(edge);
         }
+        for &edge in wanted {
+            aligner.straighten(edge);
+        }
+        aligner.drop_slanted(wanted);
         aligner.drop_cramped(wanted);
         aligner.alignment
     }
@@ -60,6 +64,12 @@ struct Aligner<'a> {
     frames: &'a FaceFrames,
     alignment: Alignment,
 }
+
+/// How far off its axis, in quarters, an edge may belong to the other one as well.
+const AMBIGUOUS: f64 = 0.25;
+
+/// How far off, in quarters, an edge inside the surface is not one that the field follows: 27°.
+const SLANTED: f64 = 0.3;
 
 /// An aligned edge as it leaves a vertex.
 #[derive(Clone, Copy)]
@@ -99,6 +109,66 @@ impl Aligner<'_> {
         }
     }
 
+    /// Gives an edge that is nearly as far from one axis as from the other the one with which the
+    /// line has fewer corners.
+    fn straighten(&mut self, edge: EdgeId) {
+        let halfedge = self.mesh.edge_halfedge(edge);
+        let Some(ray) = self.ray(halfedge) else {
+            return;
+        };
+        if ray.off.abs() < AMBIGUOUS {
+            return;
+        }
+        let before = self.corners_at(halfedge);
+        let quarter = if ray.off > 0.0 { 1 } else { 3 };
+        self.turn(halfedge, quarter);
+        if self.corners_at(halfedge) >= before {
+            self.turn(halfedge, 4 - quarter);
+        }
+    }
+
+    /// Turns the direction of an edge by quarters.
+    fn turn(&mut self, halfedge: HalfedgeId, quarters: u8) {
+        for side in [Some(halfedge), self.mesh.twin(halfedge)]
+            .into_iter()
+            .flatten()
+        {
+            let direction = &mut self.alignment.directions[side];
+            *direction = direction.map(|direction| (direction + quarters) % 4);
+        }
+    }
+
+    /// Corners of lines at the ends of an edge.
+    fn corners_at(&self, halfedge: HalfedgeId) -> usize {
+        let ends = self.mesh.ends(halfedge).into_iter();
+        let sectors = ends.flat_map(|vertex| self.sectors(vertex));
+        sectors
+            .filter(|sector| (sector.quarters - 2.0).abs() > 0.5)
+            .count()
+    }
+
+    /// Drops edges inside the surface that the field does not follow.
+    fn drop_slanted(&mut self, wanted: &[EdgeId]) {
+        for &edge in wanted {
+            let halfedge = self.mesh.edge_halfedge(edge);
+            let is_slanted = |ray: Ray| ray.off.abs() > SLANTED;
+            if !self.mesh.is_boundary_edge(edge) && self.ray(halfedge).is_some_and(is_slanted) {
+                self.drop(edge);
+            }
+        }
+    }
+
+    fn drop(&mut self, edge: EdgeId) {
+        let halfedge = self.mesh.edge_halfedge(edge);
+        for side in [Some(halfedge), self.mesh.twin(halfedge)]
+            .into_iter()
+            .flatten()
+        {
+            self.alignment.directions[side] = None;
+        }
+        self.alignment.dropped.push(edge);
+    }
+
     fn drop_cramped(&mut self, wanted: &[EdgeId]) {
         let mut pending: Vec<VertexId> = wanted
             .iter()
@@ -108,13 +178,8 @@ impl Aligner<'_> {
             let Some(edge) = self.cramped_edge(vertex) else {
                 continue;
             };
-            let halfedge = self.mesh.edge_halfedge(edge);
-            self.alignment.directions[halfedge] = None;
-            if let Some(twin) = self.mesh.twin(halfedge) {
-                self.alignment.directions[twin] = None;
-            }
-            self.alignment.dropped.push(edge);
-            pending.extend(self.mesh.ends(halfedge));
+            self.drop(edge);
+            pending.extend(self.mesh.ends(self.mesh.edge_halfedge(edge)));
         }
     }
 

@@ -30,3 +30,6 @@ pub use options::{GridDensity, IntegerGridOptions};
 pub use poisson::{NetPlan, poisson_net};
 pub use report::IntegerGridReport;
 pub use stage::{IntegerGridMap, integer_grid_map};
+
+#[cfg(test)]
+mod tests;

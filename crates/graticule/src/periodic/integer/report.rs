@@ -1,5 +1,7 @@
 use serde::Serialize;
 
+use crate::watch::Watch;
+
 /// Figures of an integer grid map.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct IntegerGridReport {
@@ -27,6 +29,32 @@ pub struct IntegerGridReport {
     pub flips_before: usize,
     /// The same in the end.
     pub flips: usize,
+    /// Vertices on lines to be followed that were let go of them, where nothing else made triangles
+    /// positive.
+    pub released_vertices: usize,
     /// Densities that were tried for the number of quads.
     pub densities: usize,
+}
+
+impl IntegerGridReport {
+    /// Tells what the map does not keep of what was asked for.
+    pub(super) fn warn(&self, watch: &Watch) {
+        for (code, count, what) in [
+            (
+                "dropped-edges",
+                self.dropped_edges,
+                "edges have no line along them: a corner there has no room in the net",
+            ),
+            (
+                "released-vertices",
+                self.released_vertices,
+                "vertices were let go of the lines along them, to keep triangles positive",
+            ),
+            ("flips", self.flips, "triangles of the map are flipped"),
+        ] {
+            if count > 0 {
+                watch.warn(code, format!("{count} {what}"));
+            }
+        }
+    }
 }

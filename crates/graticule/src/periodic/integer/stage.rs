@@ -58,6 +58,7 @@ pub fn integer_grid_map(
         solved.net.untangle(options.untangling_rounds, watch)?;
     }
     let report = net.report(&solved, &similarity, [densities, flips]);
+    report.warn(watch);
     let map = net.grid_map(solved)?;
     Ok(IntegerGridMap { map, report })
 }
@@ -240,10 +241,16 @@ impl<'a> Net<'a> {
             }
         };
         let is_real = |slot| matches!(slot, Slot::Real(_));
+        let mut is_singular = PerVertex::filled(mesh.vertex_count(), false);
+        for &vertex in &self.unknowns.singular {
+            is_singular[vertex] = true;
+        }
         SettledNet {
             mesh,
             corners: PerCorner::from_fn(mesh.halfedge_count(), corner),
             is_free: self.unknowns.slots.map(|slots| slots.map(is_real)),
+            is_singular,
+            released: 0,
             wishes: self.energy.wishes.map(|wish| *wish * density),
             places: PerVertex::from_fn(mesh.vertex_count(), place),
         }
@@ -297,6 +304,7 @@ impl<'a> Net<'a> {
             gradient_error: self.gradient_error(solved),
             flips_before,
             flips: solved.net.flipped().len(),
+            released_vertices: solved.net.released,
             densities,
         }
     }
@@ -320,7 +328,7 @@ impl<'a> Net<'a> {
 const MOST_DENSITIES: usize = 6;
 
 /// The share by which the number of cells may miss the one asked for.
-const CELLS_AGREEMENT: f64 = 0.01;
+const CELLS_AGREEMENT: f64 = 0.02;
 
 fn saturated(whole: i64) -> i32 {
     i32::try_from(whole).unwrap_or(i32::MAX)
@@ -331,7 +339,7 @@ fn chain_shift(wholes: &[i64], chain: u32) -> [i64; 2] {
     [wholes[first], wholes[first + 1]]
 }
 
-fn check_turns(surface: &Surface, frames: &FaceFrames) -> Result<(), IntegerGridError> {
+pub(super) fn check_turns(surface: &Surface, frames: &FaceFrames) -> Result<(), IntegerGridError> {
     let mesh = surface.mesh();
     for vertex in mesh
         .vertices()

@@ -1,7 +1,7 @@
 //! The normal equations of a net with real and whole unknowns, factored once for all densities.
 
 use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, MatRef, Par};
+use faer::{Accum, Mat, Par};
 use glam::DVec3;
 
 use super::energy::{NormalEquations, SideEnergy};
@@ -16,8 +16,9 @@ pub(super) struct NetSystem {
     factor: Cholesky,
     /// The right-hand side for a density of one line per unit of length.
     loads: Vec<f64>,
-    /// The energy's matrix over the whole unknowns once the real ones are at their best.
-    complement: Vec<f64>,
+    /// A lower triangle, by rows, that times its transpose is the energy's matrix over the whole
+    /// unknowns once the real ones are at their best.
+    last_block: Vec<f64>,
     /// All unknowns where the energy is least, at that density, whole or not.
     relaxed: Vec<f64>,
 }
@@ -44,13 +45,13 @@ impl NetSystem {
         let ordering = ordering(mesh, positions, unknowns, matrix.lower().pattern());
         let factor = Cholesky::new(&matrix, &ordering)?;
         let wholes: Vec<u32> = (reals as u32..loads.len() as u32).collect();
-        let complement = factor.last_complement(&wholes)?;
+        let last_block = factor.last_block(&wholes)?;
         let relaxed = factor.solve(&loads)?.values;
         Ok(Self {
             reals,
             factor,
             loads,
-            complement,
+            last_block,
             relaxed,
         })
     }
@@ -58,28 +59,41 @@ impl NetSystem {
     /// The energy over parameters of which `rows` gives the whole unknowns.
     pub(super) fn over_parameters(&self, rows: &[Form], parameters: usize) -> WholeEnergy {
         let wholes = rows.len();
-        let mut basis = Mat::<f64>::zeros(wholes, parameters);
-        for (row, form) in rows.iter().enumerate() {
+        // The transposed block times the parameters' coefficients: half of the matrix, so to speak.
+        let mut half = Mat::<f64>::zeros(wholes, parameters);
+        for (row, (form, block)) in rows.iter().zip(self.block_rows()).enumerate() {
             for &(column, value) in form.terms() {
-                basis[(row, column as usize)] = value as f64;
+                let entries = &mut half.col_as_slice_mut(column as usize)[..=row];
+                for (entry, own) in entries.iter_mut().zip(block) {
+                    *entry += value as f64 * own;
+                }
             }
         }
-        let complement = MatRef::from_row_major_slice(&self.complement, wholes, wholes);
-        let product = |left: MatRef<'_, f64>, right: MatRef<'_, f64>| {
-            let mut result = Mat::<f64>::zeros(left.nrows(), right.ncols());
-            matmul(result.as_mut(), Accum::Replace, left, right, 1.0, Par::Seq);
-            result
-        };
-        let half = product(complement, basis.as_ref());
-        let matrix = product(basis.transpose(), half.as_ref());
-        let relaxed = &self.relaxed[self.reals..];
+        let relaxed = self.block_transposed_times(&self.relaxed[self.reals..]);
+        let mut matrix = Mat::<f64>::zeros(parameters, parameters);
+        let (left, right) = (half.transpose(), half.as_ref());
+        matmul(matrix.as_mut(), Accum::Replace, left, right, 1.0, Par::Seq);
         let load = |column: usize| {
-            (0..wholes)
-                .map(|row| half[(row, column)] * relaxed[row])
-                .sum()
+            let entries = half.col_as_slice(column).iter().zip(&relaxed);
+            entries.map(|(entry, value)| entry * value).sum()
         };
         let loads = (0..parameters).map(load).collect();
         WholeEnergy { matrix, loads }
+    }
+
+    fn block_rows(&self) -> impl Iterator<Item = &[f64]> {
+        let wholes = self.relaxed.len() - self.reals;
+        self.last_block.chunks_exact(wholes.max(1))
+    }
+
+    fn block_transposed_times(&self, values: &[f64]) -> Vec<f64> {
+        let mut product = vec![0.0; values.len()];
+        for (row, (entries, value)) in self.block_rows().zip(values).enumerate() {
+            for (sum, entry) in product[..=row].iter_mut().zip(entries) {
+                *sum += entry * value;
+            }
+        }
+        product
     }
 
     /// The best real unknowns for given whole ones, at a density.
@@ -91,13 +105,14 @@ impl NetSystem {
             .map(|(&whole, &value)| whole as f64 - density * value)
             .collect();
         // The load on the whole unknowns that moves their solution to the given values.
-        let rows = self.complement.chunks_exact(wholes.len().max(1));
-        for (load, row) in loads[self.reals..].iter_mut().zip(rows) {
-            *load += row
-                .iter()
-                .zip(&off)
-                .map(|(entry, off)| entry * off)
-                .sum::<f64>();
+        let half = self.block_transposed_times(&off);
+        for (row, (load, entries)) in loads[self.reals..]
+            .iter_mut()
+            .zip(self.block_rows())
+            .enumerate()
+        {
+            let terms = entries[..=row].iter().zip(&half);
+            *load += terms.map(|(entry, value)| entry * value).sum::<f64>();
         }
         let mut values = self.factor.solve(&loads)?.values;
         values.truncate(self.reals);

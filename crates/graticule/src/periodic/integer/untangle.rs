@@ -16,6 +16,10 @@ pub(super) struct SettledNet<'a> {
     pub(super) corners: PerCorner<Transition>,
     /// Which coordinates of each vertex may move.
     pub(super) is_free: PerVertex<[bool; 2]>,
+    /// Vertices whose coordinates are whole for good.
+    pub(super) is_singular: PerVertex<bool>,
+    /// Number of vertices that were on lines and may move now.
+    pub(super) released: usize,
     /// The sides that triangles should have in the net, along each halfedge.
     pub(super) wishes: PerCorner<DVec2>,
     /// The coordinates of each vertex.
@@ -59,20 +63,35 @@ impl SettledNet<'_> {
     /// In a neighbourhood the vertices inside move so that the regularised distortion of
     /// V. Garanzha et al., *Foldover-free maps in 50 lines of code*, 2021, falls; what is whole and
     /// what lies on the rim stays. A neighbourhood that does not end with fewer flips is put back.
+    ///
+    /// Where triangles stay flipped, their vertices are let go of the lines that they lie on.
     pub(super) fn untangle(&mut self, rounds: usize, watch: &Watch) -> Result<(), Stopped> {
         let mut rings = 2;
-        for _ in 0..rounds {
+        for round in 0..rounds {
             let flipped = self.flipped();
             if flipped.is_empty() {
                 break;
+            }
+            if round >= rounds.div_ceil(2) {
+                self.release(&flipped);
             }
             for patch in self.patches(&flipped, rings) {
                 watch.check()?;
                 self.relax(&patch);
             }
-            rings += 1 + rings / 2;
+            rings += 1;
         }
         Ok(())
+    }
+
+    /// Lets the vertices of the triangles go of their lines.
+    fn release(&mut self, flipped: &[FaceId]) {
+        for vertex in flipped.iter().flat_map(|&face| self.mesh.triangle(face)) {
+            if !self.is_singular[vertex] && self.is_free[vertex] != [true; 2] {
+                self.is_free[vertex] = [true; 2];
+                self.released += 1;
+            }
+        }
     }
 
     /// The triangles within some rings of the given ones, those that hang together in one patch.
@@ -343,12 +362,14 @@ mod tests {
     use graticule_fixtures::{Noise, disk};
 
     /// A flat disk whose net is the plane itself, with some vertices far from their places.
-    fn tangled(mesh: &TriangleMesh, surface: &Surface, moved: &[u32]) -> SettledNet<'_> {
+    fn tangled<'a>(mesh: &'a TriangleMesh, surface: &Surface, moved: &[u32]) -> SettledNet<'a> {
         let flat = |vertex: VertexId| surface.position(vertex).truncate() * 8.0;
         let mut net = SettledNet {
             mesh,
             corners: PerCorner::filled(mesh.halfedge_count(), Transition::identity()),
             is_free: PerVertex::from_fn(mesh.vertex_count(), |v| [!mesh.is_boundary_vertex(v); 2]),
+            is_singular: PerVertex::filled(mesh.vertex_count(), true),
+            released: 0,
             wishes: PerCorner::from_fn(mesh.halfedge_count(), |h| {
                 flat(mesh.destination(h)) - flat(mesh.origin(h))
             }),

@@ -1,21 +1,20 @@
-//! What is left of a factored matrix for the unknowns eliminated last.
+//! The block of a factor that belongs to the unknowns eliminated last.
 
 use faer::sparse::linalg::cholesky::SymbolicCholeskyRaw;
 
 use super::{Cholesky, SolveError};
 
 impl Cholesky {
-    /// The Schur complement of the unknowns that are eliminated last: their matrix once all others
-    /// take the values that are best for them. Dense, symmetric, `last.len()²` numbers by rows.
+    /// The last block of `L`: a dense lower triangle, `last.len()²` numbers by rows.
     ///
-    /// It stands in the factor, as the product of its last block with its transpose
-    /// (F. Zhang (ed.), *The Schur Complement and Its Applications*, 2005, §1.1); no solution is
-    /// needed.
+    /// Times its own transpose it is the Schur complement of these unknowns, their matrix once all
+    /// others take the values that are best for them
+    /// (F. Zhang (ed.), *The Schur Complement and Its Applications*, 2005, §1.1).
     ///
     /// # Errors
     /// [`SolveError::BadFixedUnknown`] for an unknown that is not there, is named twice, or is
-    /// eliminated before one that is not named.
-    pub fn last_complement(&self, last: &[u32]) -> Result<Vec<f64>, SolveError> {
+    /// eliminated before one that is not named or is named earlier.
+    pub fn last_block(&self, last: &[u32]) -> Result<Vec<f64>, SolveError> {
         let order = self.matrix().order();
         let mut place_in_last = vec![u32::MAX; order];
         for (place, &unknown) in last.iter().enumerate() {
@@ -30,13 +29,13 @@ impl Cholesky {
             let [row, column] = [row, column].map(|unknown| place_in_last[unknown]);
             match (row, column) {
                 (_, u32::MAX) => {}
-                (u32::MAX, column) => misplaced = Some(column),
+                (row, column) if row == u32::MAX || row < column => misplaced = Some(column),
                 (row, column) => factor[row as usize * count + column as usize] = value,
             }
         });
         match misplaced {
             Some(column) => Err(bad(last[column as usize], "eliminated before others")),
-            None => Ok(times_own_transpose(&factor, count)),
+            None => Ok(factor),
         }
     }
 
@@ -80,25 +79,6 @@ fn bad(unknown: u32, reason: &'static str) -> SolveError {
     SolveError::BadFixedUnknown { unknown, reason }
 }
 
-/// `F Fᵀ` for a square matrix by rows.
-fn times_own_transpose(factor: &[f64], count: usize) -> Vec<f64> {
-    use faer::linalg::matmul::matmul;
-    use faer::{Accum, MatMut, MatRef, Par};
-    let mut product = vec![0.0; count * count];
-    if count > 0 {
-        let factor = MatRef::from_row_major_slice(factor, count, count);
-        matmul(
-            MatMut::from_row_major_slice_mut(&mut product, count, count),
-            Accum::Replace,
-            factor,
-            factor.transpose(),
-            1.0,
-            Par::Seq,
-        );
-    }
-    product
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::{Graph, Ordering, SymmetricMatrix};
@@ -129,17 +109,21 @@ mod tests {
     }
 
     #[test]
-    fn the_complement_is_the_inverse_of_a_block_of_the_inverse() {
+    fn the_block_times_its_transpose_is_the_inverse_of_a_block_of_the_inverse() {
         for (side, last) in [(4, vec![3, 9, 6]), (40, vec![5, 800, 801, 1599])] {
             let cholesky = factored(side, &last);
-            let complement = cholesky.last_complement(&last).unwrap();
+            let block = cholesky.last_block(&last).unwrap();
+            let rows = || block.chunks_exact(last.len());
             for column in 0..last.len() {
                 // The solution for a load at one of them, times the complement, is a unit vector.
                 let mut load = vec![0.0; side * side];
                 load[last[column] as usize] = 1.0;
                 let solved = cholesky.solve(&load).unwrap().values;
-                for (row, entries) in complement.chunks_exact(last.len()).enumerate() {
-                    let terms = entries.iter().zip(&last);
+                for (row, entries) in rows().enumerate() {
+                    let product = |other: &[f64]| -> f64 {
+                        entries.iter().zip(other).map(|(a, b)| a * b).sum()
+                    };
+                    let terms = rows().map(product).zip(&last);
                     let sum: f64 = terms.map(|(s, &u)| s * solved[u as usize]).sum();
                     let unit = f64::from(u8::from(row == column));
                     assert!((sum - unit).abs() < 1e-12, "{row} {column} {sum}");
@@ -151,8 +135,8 @@ mod tests {
     #[test]
     fn unknowns_that_are_not_last_are_refused() {
         let cholesky = factored(4, &[3, 9]);
-        for wrong in [&[3_u32, 3][..], &[16], &[5]] {
-            let refused = cholesky.last_complement(wrong);
+        for wrong in [&[3_u32, 3][..], &[16], &[5], &[9, 3]] {
+            let refused = cholesky.last_block(wrong);
             assert!(matches!(refused, Err(SolveError::BadFixedUnknown { .. })));
         }
     }
