@@ -192,6 +192,10 @@ pub const GUIDE_SLANT: f64 = 1e-6;
 /// miss is a quarter.
 pub const INDEX_ROUNDING: f64 = 1e-6;
 
+/// Cosine of the angle between the normals of a quad and of the surface at its corners, 60°, beyond
+/// which no quad is turned any further: it would begin to cut off a tip.
+pub const FACING_QUAD: f64 = 0.5;
+
 /// What the weights of a point in a triangle may sum to beside 1: far above rounding, far below
 /// what could be seen.
 pub const BARYCENTRIC_SUM: f64 = 1e-9;

@@ -50,6 +50,12 @@ impl CornerTerm {
         }
     }
 
+    /// The mean ratio: 1 at the best, 0 for a corner without area, negative for an inverted one.
+    pub(super) fn mean_ratio(&self, x: DVec3) -> f64 {
+        let squares = self.squares(self.sides(x));
+        2.0 * self.angle.1 * self.area(x) / squares.max(f64::MIN_POSITIVE)
+    }
+
     /// The inverse mean ratio: 1 at the best, infinite for a corner without area. With a `blur`
     /// above 0 areas are replaced by positive ones that tend to them, as in [Escobar et al. 2003].
     pub(super) fn value(&self, x: DVec3, blur: f64) -> f64 {

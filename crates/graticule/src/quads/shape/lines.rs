@@ -71,10 +71,12 @@ impl Lines {
         let mut halfedge = start;
         let (mut share, mut least) = on_halfedge(halfedge);
         loop {
-            let end = match share {
-                0.0 => mesh.origin(halfedge),
-                1.0 => mesh.destination(halfedge),
-                _ => break,
+            let end = if share <= 0.0 {
+                mesh.origin(halfedge)
+            } else if share >= 1.0 {
+                mesh.destination(halfedge)
+            } else {
+                break;
             };
             let Some(edges) = self.passing[end] else {
                 break;

@@ -2,8 +2,7 @@ use glam::DVec3;
 
 /// The normal of a polygon, or that of the surface where the polygon is turned over or has none:
 /// then its corners count as inverted.
-pub(super) fn facing(vector_area: DVec3, of_surface: DVec3) -> DVec3 {
-    let normal = vector_area.normalize_or_zero();
+pub(super) fn facing(normal: DVec3, of_surface: DVec3) -> DVec3 {
     if normal.dot(of_surface) > 0.0 || of_surface == DVec3::ZERO {
         normal
     } else {

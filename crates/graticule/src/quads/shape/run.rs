@@ -1,3 +1,4 @@
+use std::cell::OnceCell;
 use std::f64::consts::TAU;
 
 use glam::DVec3;
@@ -40,21 +41,39 @@ struct Place {
     normal: DVec3,
 }
 
+/// The normal of a polygon.
+#[derive(Clone, Copy, Debug)]
+struct View {
+    normal: DVec3,
+    /// The least cosine between it and the normal of the surface at a corner.
+    facing: f64,
+}
+
 /// How good the polygons around a vertex are.
 #[derive(Clone, Copy, Debug)]
 struct Judgement {
     energy: f64,
     /// The least sine at a corner that the vertex takes part in.
     own_sine: f64,
+    /// The least mean ratio there.
+    own_ratio: f64,
     /// The least sine at any corner of the polygons, where the vertex can only turn the normal.
     least_sine: f64,
+    /// The least cosine between the normal of a polygon and that of the surface at a corner.
+    facing: f64,
 }
 
 impl Judgement {
+    /// Whether all polygons are above the bounds below which none may become worse.
+    fn is_fine(&self, floor: f64) -> bool {
+        self.own_sine >= floor && self.least_sine >= floor && self.facing >= tolerance::FACING_QUAD
+    }
+
     /// Whether nothing that was below `floor` has become worse, and nothing else has come below.
     fn is_harmless(&self, before: &Self, floor: f64) -> bool {
         self.own_sine >= before.own_sine.min(floor)
             && self.least_sine >= before.least_sine.min(floor)
+            && self.facing >= before.facing.min(tolerance::FACING_QUAD)
     }
 }
 
@@ -63,7 +82,7 @@ impl Judgement {
 enum Aim {
     /// The least sum of a power of the energies.
     Energy(u32),
-    /// The greatest least sine, by trying.
+    /// The greatest least mean ratio, by trying.
     Search,
 }
 
@@ -161,7 +180,7 @@ impl Run {
         };
         let mut marked = vec![false; self.places.len()];
         for polygon in 0..self.mesh.polygon_count() {
-            if self.least_sine(polygon, |vertex| self.places[vertex as usize]) < wanted {
+            if self.polygon_quality(polygon) < wanted {
                 for &vertex in self.mesh.vertices(polygon) {
                     marked[vertex as usize] = true;
                 }
@@ -222,7 +241,7 @@ impl Run {
     fn step(&self, vertex: usize, power: u32, floor: f64) -> Option<Place> {
         let here = self.places[vertex];
         let directions = self.directions(vertex)?;
-        let terms = self.terms(vertex, here);
+        let terms = self.terms(vertex);
         let x = here.position;
         let blur = blur(&terms, x);
         let derivatives = terms
@@ -237,40 +256,56 @@ impl Run {
         if step.length() <= 0.1 * tolerance::VERTEX_AT_REST * self.scales[vertex] {
             return None;
         }
-        let before = self.judge(vertex, here, power, blur);
+        let before = OnceCell::new();
+        let before = || *before.get_or_init(|| self.judge(vertex, here, power, blur));
         [1.0, 0.4, 0.1].into_iter().find_map(|share| {
             let target = x + directions[0] * (share * step.x) + directions[1] * (share * step.y);
             let place = self.reached(vertex, target)?;
             let after = self.judge(vertex, place, power, blur);
-            let harmless =
-                after.least_sine >= before.least_sine.min(floor.max(tolerance::POOR_QUAD));
-            (after.energy < before.energy && harmless).then_some(place)
+            let is_better = after.energy < derivatives.value
+                && (after.is_fine(floor) || after.is_harmless(&before(), floor));
+            is_better.then_some(place)
         })
     }
 
-    /// The best of the places around where the least sine is larger than now.
+    /// The best place found where the least mean ratio is larger than now: between the neighbours, or
+    /// on ever smaller circles around the best one before.
     fn search(&self, vertex: usize, floor: f64) -> Option<Place> {
         let [u, v] = self.directions(vertex)?;
-        let before = self.judge(vertex, self.places[vertex], 1, 0.0);
-        let mut best = None;
-        let (mut centre, mut own_sine) = (self.places[vertex].position, before.own_sine);
+        let here = self.places[vertex];
+        let before = self.judge(vertex, here, 1, 0.0);
+        let mut best = (here, before.own_ratio);
+        let mut consider = |target: DVec3| {
+            if let Some(place) = self.reached(vertex, target) {
+                let after = self.judge(vertex, place, 1, 0.0);
+                if after.own_ratio > best.1 && after.is_harmless(&before, floor) {
+                    best = (place, after.own_ratio);
+                }
+            }
+            best.0.position
+        };
+        let mut centre = consider(self.middle_of_neighbors(vertex));
         for length in SEARCH_STEPS {
             let around = centre;
             for direction in 0..SEARCH_DIRECTIONS {
                 let turn = f64::from(direction) / f64::from(SEARCH_DIRECTIONS);
                 let (sine, cosine) = libm::sincos(TAU * turn);
-                let way = (u * cosine + v * sine) * (length * self.scales[vertex]);
-                let Some(place) = self.reached(vertex, around + way) else {
-                    continue;
-                };
-                let after = self.judge(vertex, place, 1, 0.0);
-                if after.own_sine > own_sine && after.is_harmless(&before, floor) {
-                    (centre, own_sine) = (place.position, after.own_sine);
-                    best = Some(place);
-                }
+                centre =
+                    consider(around + (u * cosine + v * sine) * (length * self.scales[vertex]));
             }
         }
-        best
+        (best.1 > before.own_ratio).then_some(best.0)
+    }
+
+    fn middle_of_neighbors(&self, vertex: usize) -> DVec3 {
+        let corners = self.mesh.corners_at(vertex);
+        let sides = corners
+            .iter()
+            .flat_map(|&corner| [self.mesh.next(corner), self.mesh.previous(corner)]);
+        let sum: DVec3 = sides
+            .map(|corner| self.places[self.mesh.origin(corner) as usize].position)
+            .sum();
+        sum / (2 * corners.len()).max(1) as f64
     }
 
     /// The directions in which the vertex may go; the second one is zero on lines.
@@ -309,31 +344,35 @@ impl Run {
     }
 
     /// The corners around a vertex that its position takes part in.
-    fn terms(&self, vertex: usize, place: Place) -> Vec<CornerTerm> {
-        let corners = self.mesh.corners_at(vertex);
-        let mut terms = Vec::with_capacity(3 * corners.len());
-        for &corner in corners {
-            let polygon = self.mesh.polygon(corner);
-            let normal = self.facing(polygon, |v| self.place_with(v, (vertex, place)));
-            let [next, previous] = [self.mesh.next(corner), self.mesh.previous(corner)];
-            let at = |corner: u32| self.places[self.mesh.origin(corner) as usize].position;
-            let fixed_out = at(self.mesh.next(next)) - at(next);
-            let fixed_back = at(self.mesh.previous(previous)) - at(previous);
-            for (corner, out, back) in [
-                (corner, (at(next), -1.0), (at(previous), -1.0)),
-                (next, (fixed_out, 0.0), (-at(next), 1.0)),
-                (previous, (-at(previous), 1.0), (fixed_back, 0.0)),
-            ] {
-                terms.push(CornerTerm {
-                    out,
-                    back,
-                    normal,
-                    ratio: self.ratio(polygon, corner),
-                    angle: regular_angle(self.mesh.vertices(polygon).len()),
-                });
-            }
-        }
-        terms
+    fn terms(&self, vertex: usize) -> Vec<CornerTerm> {
+        let corners = self.mesh.corners_at(vertex).iter();
+        let terms = corners.flat_map(|&corner| {
+            let view = self.view(self.mesh.polygon(corner), |v| self.places[v as usize]);
+            self.terms_at(corner, view.normal)
+        });
+        terms.collect()
+    }
+
+    /// The corners of a polygon that the vertex of `corner` takes part in.
+    fn terms_at(&self, corner: u32, normal: DVec3) -> [CornerTerm; 3] {
+        let polygon = self.mesh.polygon(corner);
+        let angle = regular_angle(self.mesh.vertices(polygon).len());
+        let [next, previous] = [self.mesh.next(corner), self.mesh.previous(corner)];
+        let at = |corner: u32| self.places[self.mesh.origin(corner) as usize].position;
+        let fixed_out = at(self.mesh.next(next)) - at(next);
+        let fixed_back = at(self.mesh.previous(previous)) - at(previous);
+        [
+            (corner, (at(next), -1.0), (at(previous), -1.0)),
+            (next, (fixed_out, 0.0), (-at(next), 1.0)),
+            (previous, (-at(previous), 1.0), (fixed_back, 0.0)),
+        ]
+        .map(|(corner, out, back)| CornerTerm {
+            out,
+            back,
+            normal,
+            ratio: self.ratio(polygon, corner),
+            angle,
+        })
     }
 
     /// The proportion wanted at a corner: of the side that leaves it to the side that comes to it.
@@ -345,57 +384,82 @@ impl Run {
         }
     }
 
+    /// How good the polygons around a vertex are with the vertex at `place`.
     fn judge(&self, vertex: usize, place: Place, power: u32, blur: f64) -> Judgement {
         let x = place.position;
         let mut judgement = Judgement {
             energy: 0.0,
             own_sine: f64::INFINITY,
+            own_ratio: f64::INFINITY,
             least_sine: f64::INFINITY,
+            facing: f64::INFINITY,
         };
-        for term in self.terms(vertex, place) {
-            judgement.energy += raise(term.value(x, blur), power);
-            judgement.own_sine = judgement.own_sine.min(term.sine(x));
-        }
+        let placed = |other: u32| {
+            if other as usize == vertex {
+                place
+            } else {
+                self.places[other as usize]
+            }
+        };
         for &corner in self.mesh.corners_at(vertex) {
             let polygon = self.mesh.polygon(corner);
-            let sine = self.least_sine(polygon, |v| self.place_with(v, (vertex, place)));
+            let view = self.view(polygon, placed);
+            judgement.facing = judgement.facing.min(view.facing);
+            for term in self.terms_at(corner, view.normal) {
+                judgement.energy += raise(term.value(x, blur), power);
+                judgement.own_sine = judgement.own_sine.min(term.sine(x));
+                judgement.own_ratio = judgement.own_ratio.min(term.mean_ratio(x));
+            }
+            let sine = self.least_sine(polygon, view.normal, placed);
             judgement.least_sine = judgement.least_sine.min(sine);
         }
         judgement
     }
 
-    /// The place of a vertex if another one moved.
-    fn place_with(&self, vertex: u32, (moved, place): (usize, Place)) -> Place {
-        if vertex as usize == moved {
-            place
-        } else {
-            self.places[vertex as usize]
+    fn view(&self, polygon: usize, place: impl Fn(u32) -> Place) -> View {
+        let places = self
+            .mesh
+            .vertices(polygon)
+            .iter()
+            .map(|&vertex| place(vertex));
+        let area = vector_area(places.clone().map(|place| place.position));
+        let normal = area.normalize_or_zero();
+        let cosines = places.clone().map(|place| normal.dot(place.normal));
+        View {
+            normal: facing(normal, places.map(|place| place.normal).sum()),
+            facing: cosines.fold(f64::INFINITY, f64::min),
         }
     }
 
-    fn facing(&self, polygon: usize, place: impl Fn(u32) -> Place) -> DVec3 {
-        let vertices = self.mesh.vertices(polygon).iter();
-        let area = vector_area(vertices.clone().map(|&vertex| place(vertex).position));
-        facing(area, vertices.map(|&vertex| place(vertex).normal).sum())
+    /// The least sine at a corner of the polygon over that of the regular polygon.
+    fn least_sine(&self, polygon: usize, normal: DVec3, place: impl Fn(u32) -> Place) -> f64 {
+        let vertices = self.mesh.vertices(polygon);
+        let last = vertices.len() - 1;
+        let at = |corner: usize| place(vertices[corner]).position;
+        let mut least = f64::INFINITY;
+        let mut around = [at(last - 1), at(last), at(0)];
+        for corner in 0..=last {
+            least = least.min(corner_sine(around, normal));
+            around = [
+                around[1],
+                around[2],
+                at(if corner == last { 0 } else { corner + 1 }),
+            ];
+        }
+        least / regular_angle(last + 1).1
     }
 
-    /// The least sine at a corner of the polygon over that of the regular polygon.
-    fn least_sine(&self, polygon: usize, place: impl Fn(u32) -> Place) -> f64 {
-        let normal = self.facing(polygon, &place);
-        let vertices = self.mesh.vertices(polygon);
-        let count = vertices.len();
-        let at = |corner: usize| place(vertices[corner % count]).position;
-        let sines = (0..count).map(|corner| {
-            corner_sine([at(corner + count - 1), at(corner), at(corner + 1)], normal)
-        });
-        sines.fold(f64::INFINITY, f64::min) / regular_angle(count).1
+    /// The quality of a polygon as it is.
+    fn polygon_quality(&self, polygon: usize) -> f64 {
+        let place = |vertex: u32| self.places[vertex as usize];
+        self.least_sine(polygon, self.view(polygon, place).normal, place)
     }
 
     fn least_of_quads(&self) -> f64 {
         (0..self.mesh.polygon_count())
             .into_par_iter()
             .filter(|&polygon| self.mesh.vertices(polygon).len() == 4)
-            .map(|polygon| self.least_sine(polygon, |vertex| self.places[vertex as usize]))
+            .map(|polygon| self.polygon_quality(polygon))
             .reduce(|| f64::INFINITY, f64::min)
     }
 
