@@ -7,7 +7,8 @@ use serde::Serialize;
 
 use crate::commands::{cite, demo, field, flatten, info, measure, remesh, repair};
 
-/// Flattens patches of surface meshes, measures the maps, and computes cross fields.
+/// Flattens patches of surface meshes, measures the maps, computes cross fields, and makes meshes of
+/// quads.
 ///
 /// Data goes to the named file or to standard output, everything else to standard error. Exit
 /// code 0: the promised result was written. 1: it could not be; one line says why, one what to

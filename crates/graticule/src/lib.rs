@@ -14,6 +14,7 @@
 //! | [`field`] | a surface | a smooth field of crosses, its singularities, a scale without curl |
 //! | [`periodic`] | a cross field | coordinates whose whole numbers form a net |
 //! | [`quads`] | such coordinates | a quad mesh in its final shape |
+//! | [`journey`] | the polygons of a file | all of this, as one would tell it |
 //!
 //! The library opens no files, prints nothing and starts no threads beyond rayon's pool.
 //!
@@ -24,6 +25,7 @@
 pub mod field;
 pub mod flatten;
 pub mod geometry;
+pub mod journey;
 pub mod measure;
 pub mod mesh;
 pub mod papers;

@@ -10,7 +10,7 @@ use crate::field::{
 };
 use crate::mesh::{EdgeId, PerEdge, Surface};
 use crate::periodic::{
-    GridDensity, IntegerGridError, IntegerGridOptions, IntegerGridReport, integer_grid_map,
+    GridDensity, GridMap, IntegerGridError, IntegerGridOptions, IntegerGridReport, integer_grid_map,
 };
 use crate::tolerance::{COUNT_MISS, FAIR_COUNT_ROUNDS};
 use crate::watch::{Stopped, Watch};
@@ -186,10 +186,7 @@ fn net(
         ..IntegerGridOptions::default()
     };
     let made = integer_grid_map(surface, &field.field, &map_options, watch)?;
-    let mut marks = PerEdge::filled(surface.mesh().edge_count(), false);
-    for &edge in features {
-        marks[edge] = true;
-    }
+    let marks = followed(surface, &made.map, features, watch);
     let found = extract_polygons(surface, &made.map, Some(&marks), watch)?;
     watch.check()?;
     let (mesh, cut) = match mode {
@@ -208,6 +205,24 @@ fn net(
         rounds: 1,
     };
     Ok((mesh, report))
+}
+
+/// Marks the features that lines run along; warns of the others.
+fn followed(surface: &Surface, map: &GridMap, features: &[EdgeId], watch: &Watch) -> PerEdge<bool> {
+    let mesh = surface.mesh();
+    let mut marks = PerEdge::filled(mesh.edge_count(), false);
+    for &edge in features {
+        marks[edge] = map.has_line_along(mesh.edge_halfedge(edge));
+    }
+    let missed = features.iter().filter(|&&edge| !marks[edge]).count();
+    if missed > 0 {
+        let message = format!(
+            "{missed} of {} feature edges have no line along them",
+            features.len()
+        );
+        watch.warn("features-dropped", message);
+    }
+    marks
 }
 
 /// The density to try next where the number of quads was missed.
