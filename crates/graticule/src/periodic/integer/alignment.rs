@@ -45,6 +45,28 @@ impl Alignment {
         aligner.alignment
     }
 
+    /// Turns the axes of triangles with aligned edges so that these run along them, in the mean of
+    /// several.
+    pub(super) fn snap(
+        &self,
+        mesh: &TriangleMesh,
+        triangulation: &IntrinsicTriangulation,
+        frames: &mut FaceFrames,
+    ) {
+        for face in mesh.faces() {
+            let aligned = face.halfedges().into_iter().filter_map(|halfedge| {
+                let direction = f64::from(self.directions[halfedge]?);
+                Some(centred(
+                    frames.direction(triangulation, halfedge) - direction,
+                ))
+            });
+            let (count, sum) = aligned.fold((0, 0.0), |(count, sum), off| (count + 1, sum + off));
+            if count > 0 {
+                frames.angles[face] += sum / f64::from(count) * FRAC_PI_2;
+            }
+        }
+    }
+
     /// The aligned edges, one halfedge of each, and the coordinate that is constant along it: 0 or 1.
     pub(super) fn lines<'a>(
         &'a self,

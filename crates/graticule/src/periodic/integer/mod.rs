@@ -1,6 +1,6 @@
 //! Maps of whole surfaces, no triangle left out, whose net of whole lines has its irregular points
 //! at the singularities of a cross field: integer grid maps, from which pure quads come
-//! (F. Kälberer, M. Nieser, K. Polthier, *QuadCover*, 2007; D. Bommes, H. Zimmer, L. Kobbelt,
+//! (F. Kälberer, M. Nieser, K. Polthier, *Surface Parameterization using Branched Coverings*, 2007; D. Bommes, H. Zimmer, L. Kobbelt,
 //! *Mixed-Integer Quadrangulation*, 2009).
 //!
 //! The steps, a file each: axes per triangle with singular vertices, a cut along which coordinates
@@ -8,6 +8,7 @@
 //! the removal of flips.
 
 mod alignment;
+mod batches;
 mod cut;
 mod descent;
 mod energy;
@@ -20,6 +21,7 @@ mod poisson;
 mod report;
 mod rounding;
 mod separation;
+mod solver;
 mod stage;
 mod system;
 mod unknowns;

@@ -127,7 +127,7 @@ impl NetPlan<'_> {
                             is_determined |= is_given[other];
                             pending.push(other);
                         }
-                        Some(sign) => is_determined |= sign != own * relative,
+                        Some(sign) => is_determined |= sign * own * relative < 0.0,
                     }
                 }
             }

@@ -74,7 +74,7 @@ impl Rounding {
 }
 
 /// Of the whole numbers near a value the nearest of those that break least.
-fn best_whole(value: f64, mut broken: impl FnMut(f64) -> usize) -> f64 {
+pub(super) fn best_whole(value: f64, mut broken: impl FnMut(f64) -> usize) -> f64 {
     let nearest = value.round();
     let side = if value >= nearest { 1.0 } else { -1.0 };
     let mut best = (usize::MAX, nearest);

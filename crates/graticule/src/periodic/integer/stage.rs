@@ -6,9 +6,8 @@ use super::energy::SideEnergy;
 use super::form::Form;
 use super::frames::FaceFrames;
 use super::lattice::solve_whole;
-use super::rounding::Rounding;
 use super::separation::{Guard, separations};
-use super::system::NetSystem;
+use super::solver::{Parts, Solver};
 use super::unknowns::{Slot, Unknowns};
 use super::untangle::SettledNet;
 use super::{GridDensity, IntegerGridError, IntegerGridOptions, IntegerGridReport};
@@ -59,7 +58,7 @@ pub fn integer_grid_map(
     }
     let report = net.report(&solved, &similarity, [densities, flips]);
     report.warn(watch);
-    let map = net.grid_map(solved)?;
+    let map = net.grid_map(&solved)?;
     Ok(IntegerGridMap { map, report })
 }
 
@@ -77,31 +76,30 @@ fn check_field(surface: &Surface, field: &CrossField) -> Result<(), IntegerGridE
 }
 
 /// Everything that does not depend on the density.
-struct Net<'a> {
+pub(super) struct Net<'a> {
     surface: &'a Surface,
     frames: FaceFrames,
     cut: Cut,
     alignment: Alignment,
     unknowns: Unknowns,
     energy: SideEnergy,
-    system: NetSystem,
-    rows: Vec<Form>,
-    rounding: Rounding,
+    pub(super) solver: Solver,
+    pub(super) rows: Vec<Form>,
     guard: Guard,
-    parameters: usize,
+    pub(super) parameters: usize,
     field_singularities: usize,
 }
 
 /// A net at one density.
-struct Solved<'a> {
+pub(super) struct Solved<'a> {
     density: f64,
     net: SettledNet<'a>,
     wholes: Vec<i64>,
-    cells: f64,
+    pub(super) cells: f64,
 }
 
 impl<'a> Net<'a> {
-    fn of(
+    pub(super) fn of(
         surface: &'a Surface,
         field: &CrossField,
         options: &IntegerGridOptions,
@@ -121,24 +119,25 @@ impl<'a> Net<'a> {
         check_turns(surface, &frames)?;
         let cut = Cut::of(mesh, &forest, &frames.steps);
         let alignment = Alignment::of(mesh, &triangulation, &frames, &wanted);
+        alignment.snap(mesh, &triangulation, &mut frames);
         let unknowns = Unknowns::of(mesh, &frames, &cut, &alignment);
         let field_singularities = Singularities::of(field, mesh, &triangulation).count();
         let mut shapes = triangulation;
         shapes.mollify();
         let energy = SideEnergy::along_frames(&shapes, &frames, options.sizing.as_ref());
         watch.check()?;
-        let system = {
-            let _stage = watch.stage("factorisation");
-            NetSystem::new(mesh, surface.positions(), &unknowns, &energy)?
+        let (rows, parameters) = {
+            let after_chains = unknowns.after_chains;
+            let rank = |column| u32::from(column >= after_chains);
+            solve_whole(unknowns.wholes, &unknowns.equations, rank)
         };
-        watch.check()?;
-        let _stage = watch.stage("whole numbers");
-        let after_chains = unknowns.after_chains;
-        let rank = |column| u32::from(column >= after_chains);
-        let (rows, parameters) = solve_whole(unknowns.wholes, &unknowns.equations, rank);
-        let whole_energy = system.over_parameters(&rows, parameters);
-        let rounding =
-            Rounding::new(&whole_energy).ok_or(IntegerGridError::Undetermined { parameters })?;
+        let parts = Parts {
+            mesh,
+            positions: surface.positions(),
+            unknowns: &unknowns,
+            energy: &energy,
+        };
+        let solver = Solver::new(parts, (&rows, parameters), watch)?;
         let guard = Guard::new(&separations(mesh, &unknowns, &energy), &rows, parameters);
         Ok(Self {
             surface,
@@ -147,13 +146,22 @@ impl<'a> Net<'a> {
             alignment,
             unknowns,
             energy,
-            system,
+            solver,
             rows,
-            rounding,
             guard,
             parameters,
             field_singularities,
         })
+    }
+
+    #[cfg(test)]
+    pub(super) fn parts(&self) -> Parts<'_> {
+        Parts {
+            mesh: self.surface.mesh(),
+            positions: self.surface.positions(),
+            unknowns: &self.unknowns,
+            energy: &self.energy,
+        }
     }
 
     /// The net at the density asked for, and the number of densities tried.
@@ -207,10 +215,12 @@ impl<'a> Net<'a> {
         faces.map(area).sum()
     }
 
-    fn solve(&self, density: f64, watch: &Watch) -> Result<Solved<'a>, IntegerGridError> {
-        let parameters = self.rounding.at(density, &self.guard, watch)?;
-        let wholes: Vec<i64> = self.rows.iter().map(|row| row.value(&parameters)).collect();
-        let reals = self.system.reals(density, &wholes)?;
+    pub(super) fn solve(
+        &self,
+        density: f64,
+        watch: &Watch,
+    ) -> Result<Solved<'a>, IntegerGridError> {
+        let (wholes, reals) = self.solver.at(density, &self.rows, &self.guard, watch)?;
         watch.check()?;
         let net = self.settled(density, &reals, &wholes);
         let faces = self.surface.mesh().faces();
@@ -256,7 +266,7 @@ impl<'a> Net<'a> {
         }
     }
 
-    fn grid_map(&self, solved: Solved<'_>) -> Result<GridMap, IntegerGridError> {
+    fn grid_map(&self, solved: &Solved<'_>) -> Result<GridMap, IntegerGridError> {
         let mesh = self.surface.mesh();
         let transitions = PerCorner::from_fn(mesh.halfedge_count(), |halfedge: HalfedgeId| {
             mesh.twin(halfedge)?;
@@ -309,7 +319,7 @@ impl<'a> Net<'a> {
         }
     }
 
-    fn gradient_error(&self, solved: &Solved<'_>) -> f64 {
+    pub(super) fn gradient_error(&self, solved: &Solved<'_>) -> f64 {
         let mesh = self.surface.mesh();
         let [mut error, mut whole] = [0.0; 2];
         for halfedge in mesh.halfedges() {

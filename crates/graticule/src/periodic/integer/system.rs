@@ -2,13 +2,12 @@
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, Par};
-use glam::DVec3;
 
-use super::energy::{NormalEquations, SideEnergy};
+use super::energy::NormalEquations;
 use super::form::Form;
-use super::unknowns::{Slot, Unknowns, turned};
-use crate::mesh::{HalfedgeId, PerVertex, TriangleMesh};
-use crate::solve::{Cholesky, Graph, Ordering, SolveError};
+use super::solver::Parts;
+use super::unknowns::{Slot, turned};
+use crate::solve::{Cholesky, Graph, Ordering, Pattern, SolveError, SymmetricMatrix};
 
 /// The energy of a net as a function of all its unknowns, the real ones before the whole ones.
 pub(super) struct NetSystem {
@@ -34,15 +33,13 @@ pub(super) struct WholeEnergy {
 impl NetSystem {
     /// Assembles and factors. The whole unknowns are eliminated last, so that their part of the
     /// energy stands in the factor.
-    pub(super) fn new(
-        mesh: &TriangleMesh,
-        positions: &PerVertex<DVec3>,
-        unknowns: &Unknowns,
-        energy: &SideEnergy,
-    ) -> Result<Self, SolveError> {
-        let (matrix, loads) = assemble(mesh, unknowns, energy)?;
-        let reals = unknowns.reals;
-        let ordering = ordering(mesh, positions, unknowns, matrix.lower().pattern());
+    pub(super) fn new(parts: Parts<'_>) -> Result<Self, SolveError> {
+        let reals = parts.unknowns.reals;
+        let whole = |column, factor, terms: &mut Vec<(u32, f64)>| {
+            terms.push((reals as u32 + column, factor));
+        };
+        let (matrix, loads) = assemble(parts, reals + parts.unknowns.wholes, whole)?;
+        let ordering = ordering(parts, matrix.lower().pattern());
         let factor = Cholesky::new(&matrix, &ordering)?;
         let wholes: Vec<u32> = (reals as u32..loads.len() as u32).collect();
         let last_block = factor.last_block(&wholes)?;
@@ -120,18 +117,40 @@ impl NetSystem {
     }
 }
 
-fn assemble(
-    mesh: &TriangleMesh,
-    unknowns: &Unknowns,
-    energy: &SideEnergy,
-) -> Result<(crate::solve::SymmetricMatrix, Vec<f64>), SolveError> {
-    let mut equations = NormalEquations::new(unknowns.reals + unknowns.wholes);
+/// The normal equations over the real unknowns and, after them, whatever `whole` makes of a multiple
+/// of a whole unknown.
+pub(super) fn assemble(
+    parts: Parts<'_>,
+    count: usize,
+    whole: impl Fn(u32, f64, &mut Vec<(u32, f64)>),
+) -> Result<(SymmetricMatrix, Vec<f64>), SolveError> {
+    let Parts {
+        mesh,
+        unknowns,
+        energy,
+        ..
+    } = parts;
+    let mut equations = NormalEquations::new(count);
     let mut terms = Vec::new();
     for halfedge in mesh.halfedges() {
         for coordinate in 0..2 {
             terms.clear();
-            push_terms(mesh, unknowns, halfedge.next(), coordinate, 1, &mut terms);
-            push_terms(mesh, unknowns, halfedge, coordinate, -1, &mut terms);
+            for (corner, factor) in [(halfedge.next(), 1), (halfedge, -1)] {
+                let (slot, sign) = unknowns.slot(mesh, corner, coordinate);
+                match slot {
+                    Slot::Real(column) => terms.push((column, (sign * factor) as f64)),
+                    Slot::Whole(sum) => {
+                        for &(column, more) in unknowns.sums[sum as usize].terms() {
+                            whole(column, (sign * factor * more) as f64, &mut terms);
+                        }
+                    }
+                }
+                for shift in &unknowns.jumps[corner].shifts {
+                    let (which, sign) = turned(shift.turn, coordinate);
+                    let column = 2 * shift.chain + which as u32;
+                    whole(column, (sign * factor) as f64, &mut terms);
+                }
+            }
             let wish = energy.wishes[halfedge][coordinate];
             equations.add(energy.weights[halfedge], terms.iter().copied(), wish);
         }
@@ -139,56 +158,16 @@ fn assemble(
     equations.finish()
 }
 
-/// A coordinate of a corner, times a sign, as terms of the unknowns.
-fn push_terms(
-    mesh: &TriangleMesh,
-    unknowns: &Unknowns,
-    corner: HalfedgeId,
-    coordinate: usize,
-    factor: i64,
-    terms: &mut Vec<(u32, f64)>,
-) {
-    let reals = unknowns.reals as u32;
-    let jump = &unknowns.jumps[corner];
-    let (which, sign) = turned(jump.turn, coordinate);
-    let sign = sign * factor;
-    match unknowns.slots[mesh.origin(corner)][which] {
-        Slot::Real(column) => terms.push((column, sign as f64)),
-        Slot::Whole(sum) => {
-            let sum = unknowns.sums[sum as usize].terms().iter();
-            terms.extend(sum.map(|&(column, more)| (reals + column, (sign * more) as f64)));
-        }
-    }
-    for shift in &jump.shifts {
-        let (which, sign) = turned(shift.turn, coordinate);
-        terms.push((
-            reals + 2 * shift.chain + which as u32,
-            (sign * factor) as f64,
-        ));
-    }
-}
-
 /// Real unknowns as a mesh wants it, then the whole ones.
-fn ordering(
-    mesh: &TriangleMesh,
-    positions: &PerVertex<DVec3>,
-    unknowns: &Unknowns,
-    pattern: &crate::solve::Pattern,
-) -> Ordering {
+fn ordering(parts: Parts<'_>, pattern: &Pattern) -> Ordering {
+    let unknowns = parts.unknowns;
     let reals = unknowns.reals as u32;
     let entries = (0..reals).flat_map(|column| {
         let rows = pattern.column(column as usize).iter();
         rows.map(move |&row| [row, column])
     });
     let graph = Graph::from_edges(reals as usize, entries.filter(|[row, _]| *row < reals));
-    let mut points = Vec::with_capacity(reals as usize);
-    for vertex in mesh.vertices() {
-        for slot in unknowns.slots[vertex] {
-            if let Slot::Real(_) = slot {
-                points.push(positions[vertex]);
-            }
-        }
-    }
+    let points = unknowns.points(parts.mesh, parts.positions);
     let order = Ordering::for_mesh(&graph, &points);
     let all = order.order().iter().copied();
     let all = all.chain(reals..reals + unknowns.wholes as u32).collect();

@@ -10,7 +10,8 @@ use graticule_fixtures::{
 use super::alignment::wanted_edges;
 use super::cut::DualForest;
 use super::frames::FaceFrames;
-use super::stage::check_turns;
+use super::solver::Solver;
+use super::stage::{Net, check_turns};
 use super::*;
 use crate::field::{CrossField, FieldOptions, Symmetry, cross_field, feature_edges};
 use crate::geometry::{IntrinsicTriangulation, vertex_frames};
@@ -202,6 +203,21 @@ fn without_alignment_boundaries_are_free() {
     assert!((found.report.cells - 3.1 * 2.3 / 0.16).abs() < 1e-6);
     assert!(found.report.gradient_error < 1e-9);
     assert_regular(&plane, &found);
+}
+
+#[test]
+fn batches_of_whole_numbers_make_a_map_as_well() {
+    let sphere = surface(icosphere(3));
+    let field = cross_field(&sphere, &FieldOptions::default(), &Watch::new())
+        .unwrap()
+        .field;
+    let options = options(GridDensity::Quads(600));
+    let mut net = Net::of(&sphere, &field, &options, &Watch::new()).unwrap();
+    let dense = net.solve(20.0, &Watch::new()).unwrap();
+    net.solver = Solver::in_batches(net.parts(), (&net.rows, net.parameters)).unwrap();
+    let batched = net.solve(20.0, &Watch::new()).unwrap();
+    assert!((batched.cells / dense.cells - 1.0).abs() < 0.05);
+    assert!(net.gradient_error(&batched) < 1.5 * net.gradient_error(&dense));
 }
 
 #[test]

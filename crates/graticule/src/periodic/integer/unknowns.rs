@@ -1,5 +1,7 @@
 //! The coordinates of every corner in terms of real and whole unknowns.
 
+use glam::DVec3;
+
 use super::alignment::Alignment;
 use super::cut::{Cut, Jump};
 use super::form::Form;
@@ -66,6 +68,28 @@ impl Unknowns {
         builder.follow_lines(alignment);
         builder.close_fans(frames, cut);
         builder.finish()
+    }
+
+    /// What a coordinate of a corner is but for shifts, and its sign.
+    pub(super) fn slot(
+        &self,
+        mesh: &TriangleMesh,
+        corner: HalfedgeId,
+        coordinate: usize,
+    ) -> (Slot, i64) {
+        let (which, sign) = turned(self.jumps[corner].turn, coordinate);
+        (self.slots[mesh.origin(corner)][which], sign)
+    }
+
+    /// Where the real unknowns lie.
+    pub(super) fn points(&self, mesh: &TriangleMesh, positions: &PerVertex<DVec3>) -> Vec<DVec3> {
+        let mut points = Vec::with_capacity(self.reals);
+        for vertex in mesh.vertices() {
+            let reals = self.slots[vertex].iter();
+            let count = reals.filter(|slot| matches!(slot, Slot::Real(_))).count();
+            points.extend(std::iter::repeat_n(positions[vertex], count));
+        }
+        points
     }
 
     /// A coordinate of the shifts in a jump, as a sum of whole unknowns.

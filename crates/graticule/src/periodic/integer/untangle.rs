@@ -66,7 +66,6 @@ impl SettledNet<'_> {
     ///
     /// Where triangles stay flipped, their vertices are let go of the lines that they lie on.
     pub(super) fn untangle(&mut self, rounds: usize, watch: &Watch) -> Result<(), Stopped> {
-        let mut rings = 2;
         for round in 0..rounds {
             let flipped = self.flipped();
             if flipped.is_empty() {
@@ -75,11 +74,10 @@ impl SettledNet<'_> {
             if round >= rounds.div_ceil(2) {
                 self.release(&flipped);
             }
-            for patch in self.patches(&flipped, rings) {
+            for patch in self.patches(&flipped, round + 2) {
                 watch.check()?;
                 self.relax(&patch);
             }
-            rings += 1;
         }
         Ok(())
     }
