@@ -8,6 +8,7 @@
 mod attributes;
 mod cells;
 mod complex;
+mod doublets;
 mod edge_nodes;
 mod error;
 mod extract;

@@ -2,6 +2,7 @@ use std::collections::HashSet;
 
 use glam::DVec3;
 
+use super::doublets::remove_doublets;
 use super::partition::{Partition, ordered};
 use super::polygon_mesh::PolygonMesh;
 use super::sides::Sides;
@@ -17,6 +18,8 @@ pub struct CutReport {
     pub edges_split: usize,
     /// Polygons that got a vertex in their middle.
     pub middles: usize,
+    /// Vertices with two quads and nothing else that were taken out.
+    pub doublets: usize,
 }
 
 /// Cuts polygons with more than four corners into quads, and one triangle each where the corners are
@@ -27,6 +30,7 @@ pub struct CutReport {
 pub fn quad_dominant(mesh: &PolygonMesh, surface: &Surface) -> (PolygonMesh, CutReport) {
     let mut cutter = Cutter::new(mesh.clone(), surface);
     cutter.cut();
+    cutter.report.doublets = remove_doublets(&mut cutter.mesh);
     (cutter.mesh, cutter.report)
 }
 
@@ -40,6 +44,7 @@ pub fn pure_quads(mesh: &PolygonMesh, surface: &Surface) -> (PolygonMesh, CutRep
     let mut cutter = Cutter::new(mesh.clone(), surface);
     cutter.make_even();
     cutter.cut();
+    cutter.report.doublets = remove_doublets(&mut cutter.mesh);
     (cutter.mesh, cutter.report)
 }
 

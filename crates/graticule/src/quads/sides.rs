@@ -68,6 +68,11 @@ impl Sides {
         split
     }
 
+    /// Whether there is no polygon beyond a side.
+    pub(super) fn is_border(&self, side: u32) -> bool {
+        self.twins[side as usize] == NONE
+    }
+
     fn beyond(&self, side: u32) -> Option<usize> {
         let twin = self.twins[side as usize];
         (self.polygons.get(twin as usize)).map(|&polygon| polygon as usize)
