@@ -5,9 +5,10 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 use serde::Serialize;
 
-use crate::commands::{cite, demo, field, flatten, info, measure, repair};
+use crate::commands::{cite, demo, field, flatten, info, measure, remesh, repair};
 
-/// Flattens patches of surface meshes, measures the maps, and computes cross fields.
+/// Flattens patches of surface meshes, measures the maps, computes cross fields, and makes meshes of
+/// quads.
 ///
 /// Data goes to the named file or to standard output, everything else to standard error. Exit
 /// code 0: the promised result was written. 1: it could not be; one line says why, one what to
@@ -75,6 +76,8 @@ pub(crate) enum Command {
     Flatten(flatten::Options),
     /// Compute a smooth field of crosses, lines or vectors and its singularities
     Field(field::Options),
+    /// Make a mesh of quads that follows the shape
+    Remesh(remesh::Options),
     /// Measure the distortion of any mesh with texture coordinates
     Measure(measure::Options),
     /// Print the papers behind the commands

@@ -12,6 +12,7 @@ mod mesh_output;
 mod outcome;
 mod output;
 mod picture;
+mod quads;
 mod repair_options;
 mod report;
 mod session;
@@ -25,7 +26,7 @@ use std::sync::Arc;
 use clap::Parser;
 
 use arguments::{Arguments, Command};
-use commands::{cite, demo, field, flatten, info, measure, repair};
+use commands::{cite, demo, field, flatten, info, measure, remesh, repair};
 use console::Console;
 use failure::Failure;
 use session::Session;
@@ -67,6 +68,7 @@ fn run_command(command: &Command, session: &Session) -> Result<(), Failure> {
         Command::Repair(options) => repair::run(options, session),
         Command::Flatten(options) => flatten::run(options, session),
         Command::Field(options) => field::run(options, session),
+        Command::Remesh(options) => remesh::run(options, session),
         Command::Measure(options) => measure::run(options, session),
         Command::Cite(options) => cite::run(options, session),
     }

@@ -15,7 +15,7 @@ use crate::failure::Failure;
 use crate::output::extension;
 
 /// Width and height of a panel in pixels.
-const PANEL: u32 = 560;
+pub(crate) const PANEL: u32 = 560;
 
 /// How a picture is encoded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -7,6 +7,7 @@ mod closed;
 mod hard;
 mod noise;
 mod patches;
+mod quads;
 
 pub use closed::{CUBE_QUADS, cube, cylinder_closed, icosphere, torus};
 pub use hard::{
@@ -18,6 +19,7 @@ pub use patches::{
     annulus, bumpy_patch, cone_patch, cylinder_patch, disk, grid, irregular_disk, saddle_patch,
     spherical_cap, vase,
 };
+pub use quads::{QuadFixture, quad_cube, quad_grid, quad_torus};
 
 use glam::DVec3;
 

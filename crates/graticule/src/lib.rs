@@ -13,6 +13,8 @@
 //! | [`flatten`] | a patch | planar coordinates |
 //! | [`field`] | a surface | a smooth field of crosses, its singularities, a scale without curl |
 //! | [`periodic`] | a cross field | coordinates whose whole numbers form a net |
+//! | [`quads`] | such coordinates | a quad mesh in its final shape |
+//! | [`journey`] | the polygons of a file | all of this, as one would tell it |
 //!
 //! The library opens no files, prints nothing and starts no threads beyond rayon's pool.
 //!
@@ -23,10 +25,12 @@
 pub mod field;
 pub mod flatten;
 pub mod geometry;
+pub mod journey;
 pub mod measure;
 pub mod mesh;
 pub mod papers;
 pub mod periodic;
+pub mod quads;
 pub mod solve;
 pub mod tolerance;
 pub mod watch;

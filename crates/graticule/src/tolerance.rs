@@ -240,6 +240,29 @@ pub const FLIP_MARGIN: f64 = 0.9;
 /// What is left to gain is of the same size: no picture shows it.
 pub const DESCENT_AT_REST: f64 = 1e-6;
 
+/// Cosine of the angle between the normals of a quad and of the surface at its corners, 60°, beyond
+/// which no quad is turned any further: it would begin to cut off a tip.
+pub const FACING_QUAD: f64 = 0.5;
+
+/// Cosine of the turn from which on a line has a corner: 45°. Below that, a vertex that slides past
+/// cuts off less than a tenth of its step.
+pub const LINE_CORNER_COSINE: f64 = std::f64::consts::FRAC_1_SQRT_2;
+
+/// Scaled Jacobian below which a quad must never become worse, and is searched for a better place
+/// vertex by vertex: what solvers ask of quads at least.
+pub const POOR_QUAD: f64 = 0.3;
+
+/// Scaled Jacobian below which the worst corner of a quad counts more than the mean.
+pub const FAIR_QUAD: f64 = 0.6;
+
+/// Step of a vertex, over the mean length of its edges, below which it has found its place: far
+/// below what shows in an angle.
+pub const VERTEX_AT_REST: f64 = 5e-3;
+
+/// Area of a corner over that of the rectangle on its sides at which it counts as inverted: an
+/// angle of 1°.
+pub const FLAT_CORNER: f64 = 0.02;
+
 /// What the coordinates of a net may differ by between two triangles before they are made equal, in
 /// line spacings.
 ///
@@ -346,3 +369,61 @@ pub const FLATTENED_HEIGHT: f64 = 1e-9;
 /// Ten times what solves of ill-conditioned patches leave; combining maps that differ by less would
 /// only multiply rounding.
 pub const ONE_MAP: f64 = 1e-10;
+
+/// Area of a cell of the net over that of the polygon round it above which the cell is cut up.
+///
+/// A half sphere has 2: the end of a round limb is shown well enough by its rim. A finger that sticks
+/// out by more than its width is not.
+pub const BULGING_CELL: f64 = 2.5;
+
+/// Area of the parts of a cell that was cut up, at most, in ordinary cells.
+pub const SPLIT_CELL_AREA: f64 = 1.3;
+
+/// What an arc may lead along its line, in line spacings, to count as leading nowhere.
+///
+/// Between lattice points it is a whole number, up to rounding of a thousand pieces.
+pub const NO_ADVANCE: f64 = 0.25;
+
+/// How far an arc along the boundary or a feature may leave the straight line between its ends, over
+/// the length of that line.
+///
+/// The height of an arc of a circle that turns by 90° is 0.21 of its chord.
+pub const ARC_HEIGHT: f64 = 0.2;
+
+/// Cosine of the turn at a node between two arcs up to which they are one line: 45°.
+pub const STRAIGHT_COSINE: f64 = std::f64::consts::FRAC_1_SQRT_2;
+
+/// The number of parts, at least, that a cell is cut into which is no disk or stands out of the net.
+///
+/// Three round and four along a limb show its direction and its length.
+pub const FEWEST_PARTS: f64 = 12.0;
+
+/// Cotangent above which a triangle counts less in the energy of a net, so that none exceeds it.
+///
+/// Needles down to an angle of a hundredth of a degree count in full; thinner ones would only eat up
+/// the digits of their neighbours.
+pub const NEEDLE_COTANGENT: f64 = 1e4;
+
+/// Distance over the size of a polygon below which two points of it are one: rounding of positions
+/// of single precision is a hundred times smaller.
+pub const SAME_POINT: f64 = 1e-5;
+
+/// Difference of two values of a corner attribute, over the largest value, below which they are
+/// one: less than files of six digits keep.
+pub const SAME_VALUE: f64 = 1e-6;
+
+/// Share by which the number of quads may miss the number asked for.
+pub const COUNT_MISS: f64 = 0.03;
+
+/// Maps that are made, at most, to meet the number of quads asked for.
+///
+/// Cells of a map come near the number at once; what is cut or joined after that is a share that
+/// hardly changes, so that one correction does it. Few cells come in steps that may step over the
+/// number.
+pub const FAIR_COUNT_ROUNDS: usize = 4;
+
+/// Area of a triangle in a net, over that wished for, up to which it counts as flipped.
+///
+/// Coordinates of a net are rounded to 2^-32 of a line spacing; triangles of a thousandth of a cell
+/// keep their orientation with a wide margin.
+pub const FLAT_IN_NET: f64 = 1e-5;

@@ -8,5 +8,6 @@ mod field;
 mod flatten;
 mod info;
 mod measure;
+mod remesh;
 mod repair;
 mod streams;

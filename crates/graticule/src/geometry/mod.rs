@@ -28,6 +28,8 @@
 //! [`normalized`] brings any surface there without rounding. Otherwise scaling by a power of two
 //! changes no digit of what has no unit.
 
+mod box_tree;
+mod closest_point;
 mod delaunay;
 mod directed_weights;
 mod error;
@@ -44,6 +46,9 @@ mod triangle;
 mod vertex;
 mod weights;
 
+pub(crate) use box_tree::{Bounds, BoxTree};
+pub use closest_point::TriangleTree;
+pub(crate) use closest_point::{closest_on_segment, slide_towards, slide_within};
 pub use delaunay::{DelaunayReport, intrinsic_delaunay};
 pub use directed_weights::{
     DirectedWeights, authalic_weights, intrinsic_weights, mean_value_weights,

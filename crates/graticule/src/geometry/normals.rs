@@ -16,7 +16,7 @@ pub fn face_normals(surface: &Surface) -> PerFace<DVec3> {
     PerFace::new(faces.map(normal).collect())
 }
 
-fn unit_normal(corners: [DVec3; 3]) -> DVec3 {
+pub(super) fn unit_normal(corners: [DVec3; 3]) -> DVec3 {
     let [a, b, c] = corners;
     let sides = [b - a, c - b, a - c];
     let magnitudes = sides.map(|side| side.abs().max_element());

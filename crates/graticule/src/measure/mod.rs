@@ -15,7 +15,6 @@
 //! [`SourceTriangle`] and [`Jacobian2`] are the same formulas for single triangles, with
 //! derivatives, for methods that optimise what is measured here.
 
-mod box_tree;
 mod coverage;
 mod distortion;
 mod error;
@@ -24,6 +23,7 @@ mod islands;
 mod jacobian;
 mod map_measure;
 mod overlap;
+mod quads;
 mod simple_border;
 mod statistics;
 mod uv_map;
@@ -41,6 +41,14 @@ pub use map_measure::{
     measure_partial_map, overlapping_faces,
 };
 pub(crate) use uv_map::{box_around, orientation};
+
+pub(crate) use quads::vector_area;
+pub use quads::{
+    AngleDeviation, Aspect, Connections, Deviation, EdgeLengthSpread, IrregularVertex,
+    LineCarrying, NormalDeviation, Planarity, PolygonCounts, QuadElements, QuadMeasure,
+    QuadQuality, ReferenceMeasure, ScaledJacobian, Strips, Valences, compare_to_reference,
+    measure_quads, scaled_jacobian,
+};
 
 use glam::DVec2;
 

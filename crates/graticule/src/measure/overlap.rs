@@ -4,10 +4,10 @@ use glam::DVec2;
 use rayon::prelude::*;
 
 use super::MeasureError;
-use super::box_tree::{Bounds, BoxTree};
 use super::islands::Islands;
 use super::simple_border;
 use super::uv_map::{UvMap, orientation};
+use crate::geometry::{Bounds, BoxTree};
 use crate::mesh::{FaceId, PerFace};
 use crate::watch::{Stopped, Watch};
 
@@ -33,7 +33,10 @@ pub(super) struct Crossings {
 pub(super) fn count_crossings(map: &UvMap<'_>, watch: &Watch) -> Result<Crossings, MeasureError> {
     let _stage = watch.stage("boundary crossings");
     let (segments, copies) = distinct_segments(map);
-    let boxes: Vec<_> = segments.iter().map(|ends| Bounds::around(ends)).collect();
+    let boxes: Vec<_> = segments
+        .iter()
+        .map(|ends| Bounds::<2>::around(ends))
+        .collect();
     let tree = BoxTree::new(&boxes);
     let mut count = 0;
     for round in rounds(tree.leaf_count()) {
@@ -106,7 +109,12 @@ pub(super) fn rounds(leaf_count: usize) -> impl Iterator<Item = Vec<Range<usize>
 
 /// Crossings of segments in the leaf with each other and with those in later leaves; few more
 /// than the limit are counted.
-fn crossings_of_leaf(tree: &BoxTree, leaf: usize, segments: &[[DVec2; 2]], copies: &[u64]) -> u64 {
+fn crossings_of_leaf(
+    tree: &BoxTree<2>,
+    leaf: usize,
+    segments: &[[DVec2; 2]],
+    copies: &[u64],
+) -> u64 {
     let mut count = 0;
     let mut found = Vec::new();
     tree.overlapping_leaves(leaf, leaf, &mut found);
@@ -189,7 +197,7 @@ pub(super) fn is_locally_injective(map: &UvMap<'_>, islands: &Islands) -> bool {
 
 struct Search<'a> {
     map: &'a UvMap<'a>,
-    tree: BoxTree,
+    tree: BoxTree<2>,
     faces: Vec<FaceId>,
     border_only: bool,
 }
@@ -200,7 +208,7 @@ impl<'a> Search<'a> {
         let faces: Vec<FaceId> = faces.filter(|&face| map.sign(face) != 0).collect();
         let boxes: Vec<_> = faces
             .par_iter()
-            .map(|&face| Bounds::around(&map.images(face)))
+            .map(|&face| Bounds::<2>::around(&map.images(face)))
             .collect();
         Self {
             map,

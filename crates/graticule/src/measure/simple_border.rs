@@ -1,10 +1,10 @@
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::box_tree::{Bounds, BoxTree};
 use super::islands::Islands;
 use super::overlap::rounds;
 use super::uv_map::{UvMap, orientation};
+use crate::geometry::{Bounds, BoxTree};
 use crate::mesh::HalfedgeId;
 use crate::watch::{Stopped, Watch};
 
@@ -54,15 +54,15 @@ fn touches_itself(map: &UvMap<'_>, watch: &Watch) -> Result<bool, Stopped> {
 }
 
 /// A box a little larger than the segment: boxes of segments that touch overlap.
-fn closed_box(ends: [DVec2; 2]) -> Bounds {
+fn closed_box(ends: [DVec2; 2]) -> Bounds<2> {
     let Bounds { low, high } = Bounds::around(&ends);
     Bounds {
-        low: DVec2::new(low.x.next_down(), low.y.next_down()),
-        high: DVec2::new(high.x.next_up(), high.y.next_up()),
+        low: low.map(f64::next_down),
+        high: high.map(f64::next_up),
     }
 }
 
-fn leaf_touches(map: &UvMap<'_>, tree: &BoxTree, leaf: usize, edges: &[HalfedgeId]) -> bool {
+fn leaf_touches(map: &UvMap<'_>, tree: &BoxTree<2>, leaf: usize, edges: &[HalfedgeId]) -> bool {
     let mut found = Vec::new();
     tree.overlapping_leaves(leaf, leaf, &mut found);
     tree.leaf(leaf).any(|i| {

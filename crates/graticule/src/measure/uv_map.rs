@@ -177,7 +177,7 @@ pub(crate) fn box_around(points: impl Iterator<Item = DVec2>) -> [DVec2; 2] {
 }
 
 /// The power of two that brings an extent into `0.5..=1.0`; 1 for an extent of 0.
-fn scale_to_unit(what: &'static str, extent: f64) -> Result<f64, MeasureError> {
+pub(super) fn scale_to_unit(what: &'static str, extent: f64) -> Result<f64, MeasureError> {
     if extent == 0.0 {
         return Ok(1.0);
     }

@@ -30,7 +30,7 @@ impl DisjointSets {
     }
 
     /// For each member the smallest one of its set.
-    pub(super) fn into_names(mut self) -> Vec<u32> {
+    pub(crate) fn into_names(mut self) -> Vec<u32> {
         // Parents are never larger than their children, so one pass in order suffices.
         for member in 0..self.parents.len() {
             self.parents[member] = self.parents[self.parents[member] as usize];
@@ -41,7 +41,7 @@ impl DisjointSets {
 
 /// Numbers the distinct values `0..` in the order of their first appearance; `names` become
 /// numbers. Returns how many there are. Every name must be the index of an element.
-pub(super) fn number_names(names: &mut [u32]) -> usize {
+pub(crate) fn number_names(names: &mut [u32]) -> usize {
     let mut numbers = vec![u32::MAX; names.len()];
     let mut count = 0;
     for name in names {

@@ -8,7 +8,7 @@ mod coincidence;
 mod corner_table;
 mod cutting;
 mod defects;
-mod disjoint_sets;
+pub(crate) mod disjoint_sets;
 mod element;
 mod error;
 mod faces;
@@ -18,6 +18,7 @@ mod list;
 mod measures;
 mod point_tree;
 mod polygon;
+mod polygon_connectivity;
 mod repair;
 mod seams;
 mod sentence;
@@ -41,6 +42,7 @@ pub use list::ElementList;
 pub(crate) use measures::{largest_of, length};
 pub(crate) use point_tree::PointTree;
 pub use polygon::triangulate_polygon;
+pub(crate) use polygon_connectivity::PolygonConnectivity;
 pub use repair::{
     NonFinite, NonOrientable, RepairChanges, RepairError, RepairOptions, Repaired, Weld, repair,
 };

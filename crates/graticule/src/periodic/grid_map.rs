@@ -99,6 +99,14 @@ impl GridMap {
         self.transitions[halfedge]
     }
 
+    /// Whether a line runs along the halfedge: a coordinate has the same whole number at both ends.
+    #[must_use]
+    pub fn has_line_along(&self, halfedge: HalfedgeId) -> bool {
+        let [from, to] = [halfedge, halfedge.next()].map(|corner| self.coordinates[corner]);
+        let on_line = from.cmpeq(to) & from.cmpeq(from.round());
+        on_line.any() && !self.left_out[halfedge.face()]
+    }
+
     /// Whether the triangle has no coordinates.
     #[inline]
     #[must_use]
@@ -334,6 +342,10 @@ mod tests {
             let map = build(arrays).unwrap();
             assert!(gap(&mesh, &map).to_bits() == 0);
             for (corner, point) in given.enumerate() {
+                let [from, to] = [corner, corner.next()].map(|end| map.coordinate(end));
+                let shared = from.x == to.x && from.x.fract() == 0.0
+                    || from.y == to.y && from.y.fract() == 0.0;
+                assert_eq!(map.has_line_along(corner), shared);
                 assert!(point.distance(map.coordinate(corner)) < 3e-7);
                 let steps = map.coordinate(corner) * GRID_STEPS;
                 assert_eq!(steps, steps.round());

@@ -72,6 +72,11 @@ impl Cholesky {
         &self.symbolic
     }
 
+    /// The entries of `L`, as the plan lays them out.
+    pub(super) fn values(&self) -> &[f64] {
+        &self.factor
+    }
+
     /// The matrix that was factored.
     #[must_use]
     pub fn matrix(&self) -> &SymmetricMatrix {

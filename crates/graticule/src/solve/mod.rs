@@ -41,6 +41,7 @@ mod error;
 mod fronts;
 mod hermitian;
 mod iterative;
+mod last_block;
 mod ldlt;
 mod least_squares;
 mod lu;

@@ -200,7 +200,7 @@ fn stroke(soup: &PolygonSoup, line: &[u32]) -> Stroke {
 
 /// What the polylines of the mesh file ask for: edges of the surface where they run along some, and
 /// strokes where they do not.
-pub(super) fn lines_of_file(soup: &PolygonSoup, repaired: &Repaired) -> (Vec<EdgeId>, Vec<Stroke>) {
+pub(crate) fn lines_of_file(soup: &PolygonSoup, repaired: &Repaired) -> (Vec<EdgeId>, Vec<Stroke>) {
     let (mut edges, mut strokes) = (Vec::new(), Vec::new());
     if soup.polylines.is_empty() {
         return (edges, strokes);

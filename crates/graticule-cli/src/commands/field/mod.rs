@@ -19,6 +19,7 @@ use crate::report::{Report, to_value};
 use crate::session::Session;
 
 use guides::Wishes;
+pub(crate) use guides::lines_of_file;
 pub(crate) use options::Options;
 use output::FieldOutput;
 use singularities::Places;
@@ -70,7 +71,7 @@ fn field(
     wanted.guides = guides.iter().map(|(_, guide)| *guide).collect();
     let strokes = wishes.strokes();
     wanted.strokes = strokes.iter().map(|(_, stroke)| stroke.clone()).collect();
-    let (edges, beside) = guides::lines_of_file(&input.soup, repaired);
+    let (edges, beside) = lines_of_file(&input.soup, repaired);
     wanted.features.edges = edges;
     wanted.strokes.extend(beside);
     wanted.singularities = places.plan(wanted.symmetry, repaired)?;

@@ -1,0 +1,42 @@
+//! `graticule remesh`.
+
+use graticule_fixtures::{block_with_holes, cube, disk};
+
+use crate::bench::{Bench, has_content};
+
+#[test]
+fn a_block_with_a_hole_becomes_quads_with_its_topology() {
+    let bench = Bench::with(&block_with_holes(1).subdivided().subdivided());
+    bench.succeed("remesh patch.obj -o out.obj --quads 400 --report report.json --picture out.png");
+    let report = bench.json("report.json");
+    assert_eq!(report["measure"]["reference"]["topology_kept"], true);
+    let quads = report["result"]["quads"].as_f64().unwrap();
+    assert!((quads - 400.0).abs() <= 0.1 * 400.0, "{quads}");
+    assert_eq!(report["measure"]["quads"]["polygons"]["quad_share"], 1.0);
+    assert!(has_content(&bench.path("out.png")));
+    bench.succeed("measure out.obj --reference patch.obj");
+}
+
+#[test]
+fn sides_have_the_length_asked_for() {
+    let bench = Bench::with(&cube().subdivided().subdivided());
+    bench.succeed("remesh patch.obj -o out.ply --edge-length 0.2 --dominant --report report.json");
+    let report = bench.json("report.json");
+    let mean = report["measure"]["quads"]["edge_length"]["mean"]
+        .as_f64()
+        .unwrap();
+    assert!((0.15..0.25).contains(&mean), "{mean}");
+}
+
+#[test]
+fn wrong_options_are_told_before_any_work() {
+    let bench = Bench::with(&disk(3));
+    for options in [
+        "--quads 0",
+        "--quads 100 --edge-length 1",
+        "--pure --dominant",
+        "--edge-length -1",
+    ] {
+        bench.refuse(2, &format!("remesh patch.obj -o out.obj {options}"));
+    }
+}

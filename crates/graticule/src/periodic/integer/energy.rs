@@ -1,0 +1,115 @@
+//! How far the gradients of coordinates are from the axes that they should follow.
+
+use glam::DVec2;
+
+use super::frames::FaceFrames;
+use crate::geometry::IntrinsicTriangulation;
+use crate::mesh::{HalfedgeId, PerCorner, PerVertex};
+use crate::solve::{SolveError, SymmetricMatrix};
+use crate::tolerance::NEEDLE_COTANGENT;
+
+/// The Dirichlet energy of the difference between coordinates and wished ones, side by side of each
+/// triangle: `Σ w |p(j) - p(i) - d|²` with half the cotangent of the opposite angle as `w`, which
+/// in sum is `½ Σ area |∇p - axes|²`.
+#[derive(Clone, Debug)]
+pub(super) struct SideEnergy {
+    /// The weight of each halfedge within its own triangle.
+    pub(super) weights: PerCorner<f64>,
+    /// The difference of coordinates wished along each halfedge, in its own triangle.
+    pub(super) wishes: PerCorner<DVec2>,
+}
+
+impl SideEnergy {
+    /// Wishes coordinates that grow by `scale` per unit of length along the axes.
+    pub(super) fn along_frames(
+        triangulation: &IntrinsicTriangulation,
+        frames: &FaceFrames,
+        scale: Option<&PerVertex<f64>>,
+    ) -> Self {
+        let wishes = PerCorner::from_fn(triangulation.halfedge_count(), |halfedge: HalfedgeId| {
+            let face = halfedge.face();
+            let corners = triangulation.shape(face).corners();
+            let side = corners[halfedge.next().side()] - corners[halfedge.side()];
+            let (sin, cos) = libm::sincos(-frames.angles[face]);
+            let mean = scale.map_or(1.0, |scale| {
+                let sum: f64 = triangulation.triangle(face).map(|v| scale[v]).iter().sum();
+                sum / 3.0
+            });
+            DVec2::new(cos, sin).rotate(side) * mean
+        });
+        Self {
+            weights: side_weights(triangulation),
+            wishes,
+        }
+    }
+}
+
+/// Half the cotangent of the angle opposite to each halfedge. Triangles so thin that a cotangent
+/// exceeds [`NEEDLE_COTANGENT`] count less, so that it does not.
+pub(super) fn side_weights(triangulation: &IntrinsicTriangulation) -> PerCorner<f64> {
+    PerCorner::from_fn(triangulation.halfedge_count(), |halfedge: HalfedgeId| {
+        let shape = triangulation.shape(halfedge.face());
+        let dots = [0, 1, 2].map(|corner| shape.dot(corner).abs());
+        let largest = dots.into_iter().fold(f64::MIN_POSITIVE, f64::max);
+        let dot = shape.dot(halfedge.previous().side());
+        0.5 * dot / shape.double_area().max(largest / NEEDLE_COTANGENT)
+    })
+}
+
+/// The normal equations of a sum of weighted squares.
+#[derive(Clone, Debug)]
+pub(super) struct NormalEquations {
+    diagonal: Vec<f64>,
+    mixed: Vec<(usize, usize, f64)>,
+    right_side: Vec<f64>,
+    /// The terms of the last square, like ones put together.
+    terms: Vec<(u32, f64)>,
+}
+
+impl NormalEquations {
+    pub(super) fn new(unknowns: usize) -> Self {
+        Self {
+            diagonal: vec![0.0; unknowns],
+            mixed: Vec::with_capacity(4 * unknowns),
+            right_side: vec![0.0; unknowns],
+            terms: Vec::new(),
+        }
+    }
+
+    /// Adds `weight (Σ factor unknown - wish)²`.
+    pub(super) fn add(
+        &mut self,
+        weight: f64,
+        terms: impl IntoIterator<Item = (u32, f64)>,
+        wish: f64,
+    ) {
+        self.terms.clear();
+        for (column, factor) in terms {
+            match self.terms.iter_mut().find(|term| term.0 == column) {
+                Some(term) => term.1 += factor,
+                None => self.terms.push((column, factor)),
+            }
+        }
+        self.terms.retain(|term| term.1 != 0.0);
+        for (place, &(column, factor)) in self.terms.iter().enumerate() {
+            let weighted = weight * factor;
+            self.right_side[column as usize] += weighted * wish;
+            self.diagonal[column as usize] += weighted * factor;
+            let before = self.terms[..place].iter();
+            self.mixed.extend(
+                before.map(|&(other, more)| (column as usize, other as usize, weighted * more)),
+            );
+        }
+    }
+
+    /// The matrix and the right-hand side.
+    pub(super) fn finish(self) -> Result<(SymmetricMatrix, Vec<f64>), SolveError> {
+        let diagonal = self.diagonal.iter().enumerate();
+        let diagonal = diagonal.map(|(column, &value)| (column, column, value));
+        let matrix = SymmetricMatrix::from_triplets(
+            self.right_side.len(),
+            diagonal.chain(self.mixed.iter().copied()),
+        )?;
+        Ok((matrix, self.right_side))
+    }
+}

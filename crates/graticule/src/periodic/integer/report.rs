@@ -1,0 +1,60 @@
+use serde::Serialize;
+
+use crate::watch::Watch;
+
+/// Figures of an integer grid map.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct IntegerGridReport {
+    /// Singular triangles of the field.
+    pub field_singularities: usize,
+    /// Singular vertices of the map inside the surface: the irregular ones of its quads.
+    pub singular_vertices: usize,
+    /// Chains of the cut across which coordinates jump.
+    pub chains: usize,
+    /// Whole numbers that were free to be chosen.
+    pub whole_parameters: usize,
+    /// Edges that lines run along.
+    pub aligned_edges: usize,
+    /// Edges that lines were to run along and do not, for want of room at a corner.
+    pub dropped_edges: usize,
+    /// Distance of lines that the energy wished for, in the unit of the positions, where the
+    /// sizing is 1.
+    pub edge_length: f64,
+    /// The area of the map, in cells of the net.
+    pub cells: f64,
+    /// Mean over the area of the difference between the gradients of the coordinates and those
+    /// wished for, relative to the latter.
+    pub gradient_error: f64,
+    /// Triangles without positive orientation after rounding.
+    pub flips_before: usize,
+    /// The same in the end.
+    pub flips: usize,
+    /// Vertices on lines to be followed that were let go of them, where nothing else made triangles
+    /// positive.
+    pub released_vertices: usize,
+    /// Densities that were tried for the number of quads.
+    pub densities: usize,
+}
+
+impl IntegerGridReport {
+    /// Tells what the map does not keep of what was asked for.
+    pub(super) fn warn(&self, watch: &Watch) {
+        for (code, count, what) in [
+            (
+                "dropped-edges",
+                self.dropped_edges,
+                "edges have no line along them: a corner there has no room in the net",
+            ),
+            (
+                "released-vertices",
+                self.released_vertices,
+                "vertices were let go of the lines along them, to keep triangles positive",
+            ),
+            ("flips", self.flips, "triangles of the map are flipped"),
+        ] {
+            if count > 0 {
+                watch.warn(code, format!("{count} {what}"));
+            }
+        }
+    }
+}

@@ -1,0 +1,86 @@
+use glam::DVec3;
+
+use super::IntegerGridError;
+use super::batches::BatchSystem;
+use super::energy::SideEnergy;
+use super::form::Form;
+use super::rounding::Rounding;
+use super::separation::Guard;
+use super::system::NetSystem;
+use super::unknowns::Unknowns;
+use crate::mesh::{PerVertex, TriangleMesh};
+use crate::watch::Watch;
+
+/// What the equations of a net are made of.
+#[derive(Clone, Copy)]
+pub(super) struct Parts<'a> {
+    pub(super) mesh: &'a TriangleMesh,
+    pub(super) positions: &'a PerVertex<DVec3>,
+    pub(super) unknowns: &'a Unknowns,
+    pub(super) energy: &'a SideEnergy,
+}
+
+/// Finds whole numbers for any density, and the real ones that go with them.
+pub(super) enum Solver {
+    /// With a dense matrix over the whole unknowns.
+    Dense {
+        system: NetSystem,
+        rounding: Rounding,
+    },
+    /// Without.
+    Batches(BatchSystem),
+}
+
+/// The most whole unknowns of a dense matrix: 128 MB, and some seconds.
+const MOST_DENSE: usize = 4000;
+
+impl Solver {
+    pub(super) fn new(
+        parts: Parts<'_>,
+        (rows, parameters): (&[Form], usize),
+        watch: &Watch,
+    ) -> Result<Self, IntegerGridError> {
+        watch.check()?;
+        if parts.unknowns.wholes > MOST_DENSE {
+            return Self::in_batches(parts, (rows, parameters));
+        }
+        let system = {
+            let _stage = watch.stage("factorisation");
+            NetSystem::new(parts)?
+        };
+        watch.check()?;
+        let _stage = watch.stage("whole numbers");
+        let rounding = Rounding::new(&system.over_parameters(rows, parameters))
+            .ok_or(IntegerGridError::Undetermined { parameters })?;
+        Ok(Self::Dense { system, rounding })
+    }
+
+    pub(super) fn in_batches(
+        parts: Parts<'_>,
+        parameters: (&[Form], usize),
+    ) -> Result<Self, IntegerGridError> {
+        Ok(Self::Batches(BatchSystem::new(parts, parameters)?))
+    }
+
+    /// The whole unknowns and the real ones at a density.
+    pub(super) fn at(
+        &self,
+        density: f64,
+        rows: &[Form],
+        guard: &Guard,
+        watch: &Watch,
+    ) -> Result<(Vec<i64>, Vec<f64>), IntegerGridError> {
+        let wholes = |parameters: &[i64]| rows.iter().map(|row| row.value(parameters)).collect();
+        match self {
+            Self::Dense { system, rounding } => {
+                let wholes: Vec<i64> = wholes(&rounding.at(density, guard, watch)?);
+                let reals = system.reals(density, &wholes)?;
+                Ok((wholes, reals))
+            }
+            Self::Batches(system) => {
+                let (parameters, reals) = system.at(density, guard, watch)?;
+                Ok((wholes(&parameters), reals))
+            }
+        }
+    }
+}

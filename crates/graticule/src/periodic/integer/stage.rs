@@ -1,0 +1,371 @@
+use glam::DVec2;
+
+use super::alignment::{Alignment, ends_of, wanted_edges, wished_indices};
+use super::cut::{Cut, DualForest};
+use super::energy::SideEnergy;
+use super::form::Form;
+use super::frames::FaceFrames;
+use super::lattice::solve_whole;
+use super::separation::{Guard, separations};
+use super::solver::{Parts, Solver};
+use super::unknowns::{Slot, Unknowns};
+use super::untangle::SettledNet;
+use super::{GridDensity, IntegerGridError, IntegerGridOptions, IntegerGridReport};
+use crate::field::{CrossField, Singularities, Symmetry};
+use crate::geometry::{IntrinsicTriangulation, Similarity, normalized};
+use crate::mesh::{FaceId, HalfedgeId, PerCorner, PerFace, PerVertex, Surface, VertexId};
+use crate::periodic::{GridMap, QuarterTurn, Transition};
+use crate::watch::Watch;
+
+/// A map without a triangle left out, and the figures.
+#[derive(Clone, Debug, PartialEq)]
+pub struct IntegerGridMap {
+    /// The map.
+    pub map: GridMap,
+    /// The figures.
+    pub report: IntegerGridReport,
+}
+
+/// Makes an integer grid map along a cross field.
+///
+/// Singular vertices get whole coordinates; so does the coordinate that is constant along each
+/// boundary loop and feature line. Elsewhere the gradients of the coordinates follow the field as
+/// closely as these allow.
+///
+/// Takes any surface: any genus, boundary and number of components. Scaling it changes nothing.
+///
+/// Cost: one factorisation of a real matrix of two unknowns per vertex, whatever the density.
+///
+/// # Errors
+/// [`IntegerGridError`].
+pub fn integer_grid_map(
+    surface: &Surface,
+    field: &CrossField,
+    options: &IntegerGridOptions,
+    watch: &Watch,
+) -> Result<IntegerGridMap, IntegerGridError> {
+    let _stage = watch.stage("integer grid");
+    let mesh = surface.mesh();
+    options.check(mesh.vertex_count(), mesh.edge_count())?;
+    check_field(surface, field)?;
+    let (unit, similarity) = normalized(surface);
+    let net = Net::of(&unit, field, options, watch)?;
+    let (mut solved, densities) = net.dense(options.density, &similarity, watch)?;
+    let flips = solved.net.flipped().len();
+    {
+        let _stage = watch.stage("untangling");
+        solved.net.untangle(options.untangling_rounds, watch)?;
+    }
+    let report = net.report(&solved, &similarity, [densities, flips]);
+    report.warn(watch);
+    let map = net.grid_map(&solved)?;
+    Ok(IntegerGridMap { map, report })
+}
+
+fn check_field(surface: &Surface, field: &CrossField) -> Result<(), IntegerGridError> {
+    let (given, needed) = (field.angles().len(), surface.mesh().vertex_count());
+    if field.symmetry() == Symmetry::Cross && given == needed {
+        return Ok(());
+    }
+    let order = field.symmetry().order();
+    Err(IntegerGridError::Field {
+        order,
+        given,
+        needed,
+    })
+}
+
+/// Everything that does not depend on the density.
+pub(super) struct Net<'a> {
+    surface: &'a Surface,
+    frames: FaceFrames,
+    cut: Cut,
+    alignment: Alignment,
+    unknowns: Unknowns,
+    energy: SideEnergy,
+    pub(super) solver: Solver,
+    pub(super) rows: Vec<Form>,
+    guard: Guard,
+    pub(super) parameters: usize,
+    field_singularities: usize,
+}
+
+/// A net at one density.
+pub(super) struct Solved<'a> {
+    density: f64,
+    net: SettledNet<'a>,
+    wholes: Vec<i64>,
+    pub(super) cells: f64,
+}
+
+impl<'a> Net<'a> {
+    pub(super) fn of(
+        surface: &'a Surface,
+        field: &CrossField,
+        options: &IntegerGridOptions,
+        watch: &Watch,
+    ) -> Result<Self, IntegerGridError> {
+        let mesh = surface.mesh();
+        let triangulation = IntrinsicTriangulation::of(surface)?;
+        let wanted = wanted_edges(mesh, &options.features, options.align_boundary);
+        let on_lines = ends_of(mesh, &wanted);
+        let indices = wished_indices(mesh, &triangulation, &wanted);
+        let wished = PerVertex::from_fn(mesh.vertex_count(), |vertex| {
+            on_lines[vertex].then_some(indices[vertex])
+        });
+        let mut frames = FaceFrames::of(mesh, &triangulation, field, &wished);
+        let forest = DualForest::of(mesh);
+        frames.straighten(mesh, &forest);
+        check_turns(surface, &frames)?;
+        let cut = Cut::of(mesh, &forest, &frames.steps);
+        let alignment = Alignment::of(mesh, &triangulation, &frames, &wanted);
+        alignment.snap(mesh, &triangulation, &mut frames);
+        let unknowns = Unknowns::of(mesh, &frames, &cut, &alignment);
+        let field_singularities = Singularities::of(field, mesh, &triangulation).count();
+        let mut shapes = triangulation;
+        shapes.mollify();
+        let energy = SideEnergy::along_frames(&shapes, &frames, options.sizing.as_ref());
+        watch.check()?;
+        let (rows, parameters) = {
+            let after_chains = unknowns.after_chains;
+            let rank = |column| u32::from(column >= after_chains);
+            solve_whole(unknowns.wholes, &unknowns.equations, rank)
+        };
+        let parts = Parts {
+            mesh,
+            positions: surface.positions(),
+            unknowns: &unknowns,
+            energy: &energy,
+        };
+        let solver = Solver::new(parts, (&rows, parameters), watch)?;
+        let guard = Guard::new(&separations(mesh, &unknowns, &energy), &rows, parameters);
+        Ok(Self {
+            surface,
+            frames,
+            cut,
+            alignment,
+            unknowns,
+            energy,
+            solver,
+            rows,
+            guard,
+            parameters,
+            field_singularities,
+        })
+    }
+
+    #[cfg(test)]
+    pub(super) fn parts(&self) -> Parts<'_> {
+        Parts {
+            mesh: self.surface.mesh(),
+            positions: self.surface.positions(),
+            unknowns: &self.unknowns,
+            energy: &self.energy,
+        }
+    }
+
+    /// The net at the density asked for, and the number of densities tried.
+    fn dense(
+        &self,
+        density: GridDensity,
+        similarity: &Similarity,
+        watch: &Watch,
+    ) -> Result<(Solved<'a>, usize), IntegerGridError> {
+        match density {
+            GridDensity::EdgeLength(length) => {
+                let length = libm::ldexp(length, similarity.exponent());
+                Ok((self.solve(1.0 / length, watch)?, 1))
+            }
+            GridDensity::Quads(quads) => self.with_cells(quads as f64, watch),
+        }
+    }
+
+    /// The net whose area is nearest to the number asked for, of a few that come ever closer.
+    fn with_cells(
+        &self,
+        wanted: f64,
+        watch: &Watch,
+    ) -> Result<(Solved<'a>, usize), IntegerGridError> {
+        let mut density = (wanted / self.wished_area()).sqrt();
+        let mut best: Option<Solved<'a>> = None;
+        let off = |solved: &Solved<'a>| (solved.cells / wanted - 1.0).abs();
+        for tried in 1..=MOST_DENSITIES {
+            let solved = self.solve(density, watch)?;
+            let ratio = (wanted / solved.cells.max(wanted / 16.0)).sqrt();
+            density *= ratio;
+            if best.as_ref().is_none_or(|best| off(&solved) < off(best)) {
+                best = Some(solved);
+            }
+            if let Some(good) =
+                best.take_if(|best| off(best) < CELLS_AGREEMENT || tried == MOST_DENSITIES)
+            {
+                return Ok((good, tried));
+            }
+        }
+        unreachable!("the last density tried ends the search")
+    }
+
+    /// The area of the map that the wishes have at a density of 1.
+    fn wished_area(&self) -> f64 {
+        let faces = self.surface.mesh().faces();
+        let area = |face: FaceId| {
+            let [first, second, _] = face.halfedges();
+            0.5 * self.energy.wishes[first].perp_dot(self.energy.wishes[second])
+        };
+        faces.map(area).sum()
+    }
+
+    pub(super) fn solve(
+        &self,
+        density: f64,
+        watch: &Watch,
+    ) -> Result<Solved<'a>, IntegerGridError> {
+        let (wholes, reals) = self.solver.at(density, &self.rows, &self.guard, watch)?;
+        watch.check()?;
+        let net = self.settled(density, &reals, &wholes);
+        let faces = self.surface.mesh().faces();
+        let cells = faces.map(|face| net.map_area(face)).sum();
+        Ok(Solved {
+            density,
+            net,
+            wholes,
+            cells,
+        })
+    }
+
+    fn settled(&self, density: f64, reals: &[f64], wholes: &[i64]) -> SettledNet<'a> {
+        let mesh = self.surface.mesh();
+        let place = |vertex: VertexId| {
+            let [x, y] = self.unknowns.slots[vertex].map(|slot| match slot {
+                Slot::Real(column) => reals[column as usize],
+                Slot::Whole(sum) => self.unknowns.sums[sum as usize].value(wholes) as f64,
+            });
+            DVec2::new(x, y)
+        };
+        let corner = |corner: HalfedgeId| {
+            let jump = &self.unknowns.jumps[corner];
+            let shift = [0, 1].map(|c| saturated(Unknowns::shift(jump, c).value(wholes)));
+            Transition {
+                turn: jump.turn,
+                shift,
+            }
+        };
+        let is_real = |slot| matches!(slot, Slot::Real(_));
+        let mut is_singular = PerVertex::filled(mesh.vertex_count(), false);
+        for &vertex in &self.unknowns.singular {
+            is_singular[vertex] = true;
+        }
+        SettledNet {
+            mesh,
+            corners: PerCorner::from_fn(mesh.halfedge_count(), corner),
+            is_free: self.unknowns.slots.map(|slots| slots.map(is_real)),
+            is_singular,
+            released: 0,
+            wishes: self.energy.wishes.map(|wish| *wish * density),
+            places: PerVertex::from_fn(mesh.vertex_count(), place),
+        }
+    }
+
+    fn grid_map(&self, solved: &Solved<'_>) -> Result<GridMap, IntegerGridError> {
+        let mesh = self.surface.mesh();
+        let transitions = PerCorner::from_fn(mesh.halfedge_count(), |halfedge: HalfedgeId| {
+            mesh.twin(halfedge)?;
+            let turn = self.frames.turns[halfedge];
+            let Some(crossing) = self.cut.crossings[halfedge] else {
+                return Some(Transition {
+                    turn,
+                    shift: [0; 2],
+                });
+            };
+            let shift = chain_shift(&solved.wholes, crossing.chain).map(saturated);
+            Some(if crossing.is_forward {
+                Transition { turn, shift }
+            } else {
+                Transition {
+                    turn: turn.inverse(),
+                    shift,
+                }
+                .inverse()
+            })
+        });
+        let left_out = PerFace::filled(mesh.face_count(), false);
+        let coordinates = PerCorner::from_fn(mesh.halfedge_count(), |corner| {
+            solved.net.coordinate(corner)
+        });
+        Ok(GridMap::new(mesh, coordinates, transitions, left_out)?)
+    }
+
+    fn report(
+        &self,
+        solved: &Solved<'_>,
+        similarity: &Similarity,
+        [densities, flips_before]: [usize; 2],
+    ) -> IntegerGridReport {
+        let mesh = self.surface.mesh();
+        IntegerGridReport {
+            field_singularities: self.field_singularities,
+            singular_vertices: self.unknowns.singular.len(),
+            chains: self.cut.chains,
+            whole_parameters: self.parameters,
+            aligned_edges: self.alignment.lines(mesh).count(),
+            dropped_edges: self.alignment.dropped.len(),
+            edge_length: similarity.invert_length(1.0 / solved.density),
+            cells: solved.cells,
+            gradient_error: self.gradient_error(solved),
+            flips_before,
+            flips: solved.net.flipped().len(),
+            released_vertices: solved.net.released,
+            densities,
+        }
+    }
+
+    pub(super) fn gradient_error(&self, solved: &Solved<'_>) -> f64 {
+        let mesh = self.surface.mesh();
+        let [mut error, mut whole] = [0.0; 2];
+        for halfedge in mesh.halfedges() {
+            let difference =
+                solved.net.coordinate(halfedge.next()) - solved.net.coordinate(halfedge);
+            let wish = solved.net.wishes[halfedge];
+            let weight = self.energy.weights[halfedge];
+            error += weight * difference.distance_squared(wish);
+            whole += weight * wish.length_squared();
+        }
+        (error.max(0.0) / whole).sqrt()
+    }
+}
+
+/// Densities tried at most for a number of quads.
+const MOST_DENSITIES: usize = 6;
+
+/// The share by which the number of cells may miss the one asked for.
+const CELLS_AGREEMENT: f64 = 0.02;
+
+fn saturated(whole: i64) -> i32 {
+    i32::try_from(whole).unwrap_or(i32::MAX)
+}
+
+fn chain_shift(wholes: &[i64], chain: u32) -> [i64; 2] {
+    let first = 2 * chain as usize;
+    [wholes[first], wholes[first + 1]]
+}
+
+pub(super) fn check_turns(surface: &Surface, frames: &FaceFrames) -> Result<(), IntegerGridError> {
+    let mesh = surface.mesh();
+    for vertex in mesh
+        .vertices()
+        .filter(|&vertex| !mesh.is_boundary_vertex(vertex))
+    {
+        let turns = mesh.outgoing(vertex).map(|h| frames.turns[h.previous()]);
+        let found = turns.fold(QuarterTurn::NONE, QuarterTurn::then);
+        let expected = QuarterTurn::of_quarters(frames.steps[vertex]);
+        if found != expected {
+            let [found, expected] = [found, expected].map(QuarterTurn::quarters);
+            return Err(IntegerGridError::Turns {
+                vertex,
+                found,
+                expected,
+            });
+        }
+    }
+    Ok(())
+}

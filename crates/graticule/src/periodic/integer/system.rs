@@ -1,0 +1,175 @@
+//! The normal equations of a net with real and whole unknowns, factored once for all densities.
+
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, Par};
+
+use super::energy::NormalEquations;
+use super::form::Form;
+use super::solver::Parts;
+use super::unknowns::{Slot, turned};
+use crate::solve::{Cholesky, Graph, Ordering, Pattern, SolveError, SymmetricMatrix};
+
+/// The energy of a net as a function of all its unknowns, the real ones before the whole ones.
+pub(super) struct NetSystem {
+    reals: usize,
+    factor: Cholesky,
+    /// The right-hand side for a density of one line per unit of length.
+    loads: Vec<f64>,
+    /// A lower triangle, by rows, that times its transpose is the energy's matrix over the whole
+    /// unknowns once the real ones are at their best.
+    last_block: Vec<f64>,
+    /// All unknowns where the energy is least, at that density, whole or not.
+    relaxed: Vec<f64>,
+}
+
+/// The energy over the free parameters of the whole unknowns.
+pub(super) struct WholeEnergy {
+    /// Its matrix, symmetric.
+    pub(super) matrix: Mat<f64>,
+    /// Its right-hand side, at a density of one line per unit of length.
+    pub(super) loads: Vec<f64>,
+}
+
+impl NetSystem {
+    /// Assembles and factors. The whole unknowns are eliminated last, so that their part of the
+    /// energy stands in the factor.
+    pub(super) fn new(parts: Parts<'_>) -> Result<Self, SolveError> {
+        let reals = parts.unknowns.reals;
+        let whole = |column, factor, terms: &mut Vec<(u32, f64)>| {
+            terms.push((reals as u32 + column, factor));
+        };
+        let (matrix, loads) = assemble(parts, reals + parts.unknowns.wholes, whole)?;
+        let ordering = ordering(parts, matrix.lower().pattern());
+        let factor = Cholesky::new(&matrix, &ordering)?;
+        let wholes: Vec<u32> = (reals as u32..loads.len() as u32).collect();
+        let last_block = factor.last_block(&wholes)?;
+        let relaxed = factor.solve(&loads)?.values;
+        Ok(Self {
+            reals,
+            factor,
+            loads,
+            last_block,
+            relaxed,
+        })
+    }
+
+    /// The energy over parameters of which `rows` gives the whole unknowns.
+    pub(super) fn over_parameters(&self, rows: &[Form], parameters: usize) -> WholeEnergy {
+        let wholes = rows.len();
+        // The transposed block times the parameters' coefficients: half of the matrix, so to speak.
+        let mut half = Mat::<f64>::zeros(wholes, parameters);
+        for (row, (form, block)) in rows.iter().zip(self.block_rows()).enumerate() {
+            for &(column, value) in form.terms() {
+                let entries = &mut half.col_as_slice_mut(column as usize)[..=row];
+                for (entry, own) in entries.iter_mut().zip(block) {
+                    *entry += value as f64 * own;
+                }
+            }
+        }
+        let relaxed = self.block_transposed_times(&self.relaxed[self.reals..]);
+        let mut matrix = Mat::<f64>::zeros(parameters, parameters);
+        let (left, right) = (half.transpose(), half.as_ref());
+        matmul(matrix.as_mut(), Accum::Replace, left, right, 1.0, Par::Seq);
+        let load = |column: usize| {
+            let entries = half.col_as_slice(column).iter().zip(&relaxed);
+            entries.map(|(entry, value)| entry * value).sum()
+        };
+        let loads = (0..parameters).map(load).collect();
+        WholeEnergy { matrix, loads }
+    }
+
+    fn block_rows(&self) -> impl Iterator<Item = &[f64]> {
+        let wholes = self.relaxed.len() - self.reals;
+        self.last_block.chunks_exact(wholes.max(1))
+    }
+
+    fn block_transposed_times(&self, values: &[f64]) -> Vec<f64> {
+        let mut product = vec![0.0; values.len()];
+        for (row, (entries, value)) in self.block_rows().zip(values).enumerate() {
+            for (sum, entry) in product[..=row].iter_mut().zip(entries) {
+                *sum += entry * value;
+            }
+        }
+        product
+    }
+
+    /// The best real unknowns for given whole ones, at a density.
+    pub(super) fn reals(&self, density: f64, wholes: &[i64]) -> Result<Vec<f64>, SolveError> {
+        let mut loads: Vec<f64> = self.loads.iter().map(|load| density * load).collect();
+        let relaxed = &self.relaxed[self.reals..];
+        let off = wholes.iter().zip(relaxed);
+        let off: Vec<f64> = off
+            .map(|(&whole, &value)| whole as f64 - density * value)
+            .collect();
+        // The load on the whole unknowns that moves their solution to the given values.
+        let half = self.block_transposed_times(&off);
+        for (row, (load, entries)) in loads[self.reals..]
+            .iter_mut()
+            .zip(self.block_rows())
+            .enumerate()
+        {
+            let terms = entries[..=row].iter().zip(&half);
+            *load += terms.map(|(entry, value)| entry * value).sum::<f64>();
+        }
+        let mut values = self.factor.solve(&loads)?.values;
+        values.truncate(self.reals);
+        Ok(values)
+    }
+}
+
+/// The normal equations over the real unknowns and, after them, whatever `whole` makes of a multiple
+/// of a whole unknown.
+pub(super) fn assemble(
+    parts: Parts<'_>,
+    count: usize,
+    whole: impl Fn(u32, f64, &mut Vec<(u32, f64)>),
+) -> Result<(SymmetricMatrix, Vec<f64>), SolveError> {
+    let Parts {
+        mesh,
+        unknowns,
+        energy,
+        ..
+    } = parts;
+    let mut equations = NormalEquations::new(count);
+    let mut terms = Vec::new();
+    for halfedge in mesh.halfedges() {
+        for coordinate in 0..2 {
+            terms.clear();
+            for (corner, factor) in [(halfedge.next(), 1), (halfedge, -1)] {
+                let (slot, sign) = unknowns.slot(mesh, corner, coordinate);
+                match slot {
+                    Slot::Real(column) => terms.push((column, (sign * factor) as f64)),
+                    Slot::Whole(sum) => {
+                        for &(column, more) in unknowns.sums[sum as usize].terms() {
+                            whole(column, (sign * factor * more) as f64, &mut terms);
+                        }
+                    }
+                }
+                for shift in &unknowns.jumps[corner].shifts {
+                    let (which, sign) = turned(shift.turn, coordinate);
+                    let column = 2 * shift.chain + which as u32;
+                    whole(column, (sign * factor) as f64, &mut terms);
+                }
+            }
+            let wish = energy.wishes[halfedge][coordinate];
+            equations.add(energy.weights[halfedge], terms.iter().copied(), wish);
+        }
+    }
+    equations.finish()
+}
+
+/// Real unknowns as a mesh wants it, then the whole ones.
+fn ordering(parts: Parts<'_>, pattern: &Pattern) -> Ordering {
+    let unknowns = parts.unknowns;
+    let reals = unknowns.reals as u32;
+    let entries = (0..reals).flat_map(|column| {
+        let rows = pattern.column(column as usize).iter();
+        rows.map(move |&row| [row, column])
+    });
+    let graph = Graph::from_edges(reals as usize, entries.filter(|[row, _]| *row < reals));
+    let points = unknowns.points(parts.mesh, parts.positions);
+    let order = Ordering::for_mesh(&graph, &points);
+    let all = order.order().iter().copied();
+    let all = all.chain(reals..reals + unknowns.wholes as u32).collect();
+    Ordering::from_order(all).unwrap_or_else(|| Ordering::natural(pattern.columns()))
+}

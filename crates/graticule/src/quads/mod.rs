@@ -1,0 +1,36 @@
+//! Quad meshes from maps whose whole coordinates form a net ([PGP06] §5).
+//!
+//! [`extract_polygons`] reads the polygons off a map; [`shape()`] moves their vertices along the
+//! surface; [`Carry`] gives them the attributes of the input.
+//!
+//! [PGP06]: crate::papers::PGP06
+
+mod attributes;
+mod cells;
+mod complex;
+mod doublets;
+mod edge_nodes;
+mod error;
+mod extract;
+mod line;
+mod overlay;
+mod partition;
+mod polygon_mesh;
+mod purify;
+mod regular;
+mod remesh;
+mod shape;
+mod sides;
+mod split;
+mod triangle_cut;
+
+pub use attributes::{Carry, InputPoint};
+pub use error::QuadsError;
+pub use extract::{Extraction, extract_polygons};
+pub use polygon_mesh::PolygonMesh;
+pub use purify::{CutReport, pure_quads, quad_dominant};
+pub use remesh::{QuadMode, RemeshError, RemeshOptions, RemeshReport, Remeshed, remesh};
+pub use shape::{Net, ShapeError, ShapeOptions, ShapeQuality, ShapeReport, Shaped, shape};
+
+#[cfg(test)]
+mod tests;

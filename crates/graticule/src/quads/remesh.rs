@@ -1,0 +1,267 @@
+use serde::Serialize;
+
+use super::{
+    CutReport, Net, PolygonMesh, QuadsError, ShapeError, ShapeOptions, ShapeReport,
+    extract_polygons, pure_quads, quad_dominant, shape,
+};
+use crate::Hint;
+use crate::field::{
+    FieldError, FieldOptions, FieldReport, FieldResult, cross_field, feature_edges,
+};
+use crate::mesh::{EdgeId, PerEdge, Surface};
+use crate::periodic::{
+    GridDensity, GridMap, IntegerGridError, IntegerGridOptions, IntegerGridReport, integer_grid_map,
+};
+use crate::tolerance::{COUNT_MISS, FAIR_COUNT_ROUNDS};
+use crate::watch::{Stopped, Watch};
+
+/// Which polygons a quad mesh may have.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub enum QuadMode {
+    /// Quads only.
+    #[default]
+    Pure,
+    /// Quads, and triangles where the net has odd cells.
+    Dominant,
+}
+
+/// How [`remesh`] works.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RemeshOptions {
+    /// How many quads, or how long their sides.
+    pub density: GridDensity,
+    /// Which polygons are allowed.
+    pub mode: QuadMode,
+    /// How the field that the sides follow is made; its features become edges.
+    pub field: FieldOptions,
+    /// How vertices are moved in the end; `None` leaves them where lines cross.
+    pub shape: Option<ShapeOptions>,
+}
+
+impl Default for RemeshOptions {
+    fn default() -> Self {
+        Self {
+            density: GridDensity::Quads(5000),
+            mode: QuadMode::default(),
+            field: FieldOptions::default(),
+            shape: Some(ShapeOptions::default()),
+        }
+    }
+}
+
+/// What was done on the way.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RemeshReport {
+    /// The field.
+    pub field: FieldReport,
+    /// The map.
+    pub map: IntegerGridReport,
+    /// Polygons read off the map, before any was cut.
+    pub polygons: usize,
+    /// Pieces of lines that ended inside a cell and were taken away.
+    pub pruned_pieces: usize,
+    /// Cells that were no disks, or stood out of the net, and were cut up.
+    pub split_cells: usize,
+    /// Arcs between images of the same lattice point that were contracted.
+    pub folds: usize,
+    /// What became of polygons that were no quads.
+    pub cut: CutReport,
+    /// The final shape, if there was one.
+    pub shape: Option<ShapeReport>,
+    /// Maps that were made to meet the number of quads.
+    pub rounds: usize,
+}
+
+/// A quad mesh on a surface.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Remeshed {
+    /// The mesh.
+    pub mesh: PolygonMesh,
+    /// The field that it follows.
+    pub field: FieldResult,
+    /// The figures.
+    pub report: RemeshReport,
+}
+
+/// Why a surface could not be remeshed.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum RemeshError {
+    /// There is no field.
+    #[error(transparent)]
+    Field(#[from] FieldError),
+    /// There is no map.
+    #[error(transparent)]
+    Map(#[from] IntegerGridError),
+    /// There are no polygons.
+    #[error(transparent)]
+    Quads(#[from] QuadsError),
+    /// The polygons could not be shaped.
+    #[error(transparent)]
+    Shape(#[from] ShapeError),
+    /// The computation was stopped.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
+}
+
+impl Hint for RemeshError {
+    fn hint(&self) -> Option<String> {
+        match self {
+            Self::Field(error) => error.hint(),
+            Self::Map(error) => error.hint(),
+            Self::Quads(error) => error.hint(),
+            Self::Shape(error) => error.hint(),
+            Self::Stopped(error) => error.hint(),
+        }
+    }
+}
+
+/// Makes a mesh of quads that lies on the surface and follows a smooth cross field.
+///
+/// The mesh has the components, genus and boundary loops of the surface, is manifold and oriented,
+/// and, in [`QuadMode::Pure`], has quads only. The number of quads is met to within
+/// [`COUNT_MISS`] where the surface allows it; a miss is a warning.
+///
+/// Cost: near-linear, most of it two factorisations.
+///
+/// # Errors
+/// [`RemeshError`].
+pub fn remesh(
+    surface: &Surface,
+    options: &RemeshOptions,
+    watch: &Watch,
+) -> Result<Remeshed, RemeshError> {
+    let _stage = watch.stage("remesh");
+    let field = cross_field(surface, &options.field, watch)?;
+    let features = all_features(surface, &options.field);
+    let mut wanted = options.density;
+    let mut rounds = 1;
+    let (mut mesh, mut report) = loop {
+        let (mesh, report) = net(surface, &field, &features, wanted, options.mode, watch)?;
+        let Some(next) = corrected(options.density, wanted, mesh.polygons.len()) else {
+            break (mesh, report);
+        };
+        if rounds == FAIR_COUNT_ROUNDS {
+            warn_of_count(options.density, mesh.polygons.len(), watch);
+            break (mesh, report);
+        }
+        wanted = next;
+        rounds += 1;
+    };
+    report.rounds = rounds;
+    if let Some(shaping) = &options.shape {
+        report.shape = Some(reshape(&mut mesh, surface, &features, shaping, watch)?);
+    }
+    mesh.check(surface)?;
+    Ok(Remeshed {
+        mesh,
+        field,
+        report,
+    })
+}
+
+/// The edges that the field is held to as features.
+fn all_features(surface: &Surface, options: &FieldOptions) -> Vec<EdgeId> {
+    let given = &options.features;
+    let mut features = given.edges.clone();
+    if let Some(dihedral) = given.dihedral {
+        features.extend(feature_edges(surface, dihedral, given.least_edges));
+    }
+    features.sort_unstable();
+    features.dedup();
+    features
+}
+
+/// The polygons at one density, with the vertices where lines cross.
+fn net(
+    surface: &Surface,
+    field: &FieldResult,
+    features: &[EdgeId],
+    density: GridDensity,
+    mode: QuadMode,
+    watch: &Watch,
+) -> Result<(PolygonMesh, RemeshReport), RemeshError> {
+    let map_options = IntegerGridOptions {
+        density,
+        features: features.to_vec(),
+        ..IntegerGridOptions::default()
+    };
+    let made = integer_grid_map(surface, &field.field, &map_options, watch)?;
+    let marks = followed(surface, &made.map, features, watch);
+    let found = extract_polygons(surface, &made.map, Some(&marks), watch)?;
+    watch.check()?;
+    let (mesh, cut) = match mode {
+        QuadMode::Pure => pure_quads(&found.mesh, surface),
+        QuadMode::Dominant => quad_dominant(&found.mesh, surface),
+    };
+    let report = RemeshReport {
+        field: field.report.clone(),
+        map: made.report,
+        polygons: found.mesh.polygons.len(),
+        pruned_pieces: found.pruned_pieces,
+        split_cells: found.split_cells,
+        folds: found.folds,
+        cut,
+        shape: None,
+        rounds: 1,
+    };
+    Ok((mesh, report))
+}
+
+/// Marks the features that lines run along; warns of the others.
+fn followed(surface: &Surface, map: &GridMap, features: &[EdgeId], watch: &Watch) -> PerEdge<bool> {
+    let mesh = surface.mesh();
+    let mut marks = PerEdge::filled(mesh.edge_count(), false);
+    for &edge in features {
+        marks[edge] = map.has_line_along(mesh.edge_halfedge(edge));
+    }
+    let missed = features.iter().filter(|&&edge| !marks[edge]).count();
+    if missed > 0 {
+        let message = format!(
+            "{missed} of {} feature edges have no line along them",
+            features.len()
+        );
+        watch.warn("features-dropped", message);
+    }
+    marks
+}
+
+/// The density to try next where the number of quads was missed.
+fn corrected(wanted: GridDensity, tried: GridDensity, found: usize) -> Option<GridDensity> {
+    let (GridDensity::Quads(wanted), GridDensity::Quads(tried)) = (wanted, tried) else {
+        return None;
+    };
+    let ratio = found as f64 / wanted as f64;
+    if (ratio - 1.0).abs() <= COUNT_MISS {
+        return None;
+    }
+    let next = (tried as f64 / ratio).round().max(1.0) as usize;
+    (next != tried).then_some(GridDensity::Quads(next))
+}
+
+fn warn_of_count(wanted: GridDensity, found: usize, watch: &Watch) {
+    if let GridDensity::Quads(wanted) = wanted {
+        let message = format!("{wanted} quads were asked for, {found} is as near as the net comes");
+        watch.warn("quad-count", message);
+    }
+}
+
+fn reshape(
+    mesh: &mut PolygonMesh,
+    surface: &Surface,
+    features: &[EdgeId],
+    options: &ShapeOptions,
+    watch: &Watch,
+) -> Result<ShapeReport, ShapeError> {
+    let net = Net {
+        surface,
+        features,
+        polygons: &mesh.polygons,
+        feature_edges: &mesh.feature_edges,
+    };
+    let shaped = shape(&net, &mesh.origins, options, watch)?;
+    mesh.positions = (shaped.origins.iter())
+        .map(|origin| origin.position(surface))
+        .collect();
+    mesh.origins = shaped.origins;
+    Ok(shaped.report)
+}

@@ -1,0 +1,543 @@
+use std::cell::OnceCell;
+use std::f64::consts::TAU;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::colors::independent_groups;
+use super::energy::{CornerTerm, raise, sum_of_powers};
+use super::freedom::{Freedom, freedoms};
+use super::lines::Lines;
+use super::polygon::{corner_sine, facing};
+use super::{Net, ShapeError, ShapeOptions, ShapeQuality, ShapeReport, Shaped};
+use crate::geometry::{normalized, slide_towards, vertex_normals};
+use crate::measure::{scaled_jacobian, vector_area};
+use crate::mesh::{PerVertex, PolygonConnectivity, PolygonSoup, Surface, SurfacePoint};
+use crate::tolerance;
+use crate::watch::{Stopped, Watch};
+
+/// Fewest vertices that one thread moves.
+const BATCH: usize = 64;
+
+/// The power of the energy that raises poor polygons: near enough to the worst corner alone, and
+/// still smooth.
+const HIGH_POWER: u32 = 6;
+
+/// Rounds of work on poor polygons at most, and the visits in each by steps and by search.
+const RAISING_ROUNDS: usize = 6;
+const RAISING_SWEEPS: usize = 6;
+const SEARCHING_SWEEPS: usize = 3;
+
+/// Directions and step lengths (over the mean edge length) of a search.
+const SEARCH_DIRECTIONS: u32 = 12;
+const SEARCH_STEPS: [f64; 4] = [0.3, 0.12, 0.04, 0.012];
+
+/// A vertex on the surface.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    origin: SurfacePoint,
+    position: DVec3,
+    /// The normal of the surface, smoothed.
+    normal: DVec3,
+}
+
+/// The normal of a polygon.
+#[derive(Clone, Copy, Debug)]
+struct View {
+    normal: DVec3,
+    /// The least cosine between it and the normal of the surface at a corner.
+    facing: f64,
+}
+
+/// How good the polygons around a vertex are.
+#[derive(Clone, Copy, Debug)]
+struct Judgement {
+    energy: f64,
+    /// The least sine at a corner that the vertex takes part in.
+    own_sine: f64,
+    /// The least mean ratio there.
+    own_ratio: f64,
+    /// The least sine at any corner of the polygons, where the vertex can only turn the normal.
+    least_sine: f64,
+    /// The least cosine between the normal of a polygon and that of the surface at a corner.
+    facing: f64,
+}
+
+impl Judgement {
+    /// Whether all polygons are above the bounds below which none may become worse.
+    fn is_fine(&self, floor: f64) -> bool {
+        self.own_sine >= floor && self.least_sine >= floor && self.facing >= tolerance::FACING_QUAD
+    }
+
+    /// Whether nothing that was below `floor` has become worse, and nothing else has come below.
+    fn is_harmless(&self, before: &Self, floor: f64) -> bool {
+        self.own_sine >= before.own_sine.min(floor)
+            && self.least_sine >= before.least_sine.min(floor)
+            && self.facing >= before.facing.min(tolerance::FACING_QUAD)
+    }
+}
+
+/// What a sweep aims at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Aim {
+    /// The least sum of a power of the energies.
+    Energy(u32),
+    /// The greatest least mean ratio, by trying.
+    Search,
+}
+
+/// The state of a run: everything at unit extent.
+pub(super) struct Run {
+    surface: Surface,
+    normals: PerVertex<DVec3>,
+    lines: Lines,
+    mesh: PolygonConnectivity,
+    freedoms: Vec<Freedom>,
+    /// For each quad the length that its first and third side should have over that of the others.
+    ratios: Vec<f64>,
+    places: Vec<Place>,
+    starts: Vec<DVec3>,
+    /// For each vertex the mean length of its edges at the beginning.
+    scales: Vec<f64>,
+    groups: Vec<Vec<u32>>,
+    options: ShapeOptions,
+}
+
+impl Run {
+    pub(super) fn new(net: &Net<'_>, origins: &[SurfacePoint], options: ShapeOptions) -> Self {
+        let (surface, _) = normalized(net.surface);
+        let normals = vertex_normals(&surface);
+        let lines = Lines::new(&surface, net.features);
+        let places: Vec<_> = origins
+            .iter()
+            .map(|&origin| place(&surface, &normals, origin))
+            .collect();
+        let starts: Vec<_> = places.iter().map(|place| place.position).collect();
+        let soup = PolygonSoup {
+            positions: starts.clone(),
+            polygons: net.polygons.clone(),
+            ..PolygonSoup::default()
+        };
+        let mesh = PolygonConnectivity::of(&soup);
+        let freedoms = freedoms(net, &mesh, &lines, (&surface, origins));
+        let ratios = super::proportions::wanted(&mesh, &starts, options.keep_proportions);
+        let groups = independent_groups(&mesh, |v| freedoms[v] != Freedom::Fixed);
+        Self {
+            scales: mean_edge_lengths(&mesh, &starts),
+            surface,
+            normals,
+            lines,
+            mesh,
+            freedoms,
+            ratios,
+            places,
+            starts,
+            groups,
+            options,
+        }
+    }
+
+    pub(super) fn shape(mut self, watch: &Watch) -> Result<Shaped, ShapeError> {
+        let before = self.quality();
+        let mut active = vec![true; self.places.len()];
+        let mut sweeps = 0;
+        while sweeps < self.options.sweeps && active.contains(&true) {
+            active = self.sweep(&active, Aim::Energy(1), watch)?;
+            sweeps += 1;
+            watch.progress(sweeps as f64 / self.options.sweeps as f64);
+        }
+        for _ in 0..RAISING_ROUNDS {
+            let steps = self.raise_poor(Aim::Energy(HIGH_POWER), RAISING_SWEEPS, watch)?;
+            let searches = self.raise_poor(Aim::Search, SEARCHING_SWEEPS, watch)?;
+            sweeps += steps + searches;
+            if searches == 0 {
+                break;
+            }
+        }
+        Ok(self.finish(before, sweeps))
+    }
+
+    /// Works on the polygons that are still poor, until none of their vertices moves any more.
+    fn raise_poor(&mut self, aim: Aim, most: usize, watch: &Watch) -> Result<usize, Stopped> {
+        let mut done = 0;
+        while done < most {
+            let poor = self.vertices_of_poor_polygons(aim);
+            if !poor.contains(&true) {
+                break;
+            }
+            done += 1;
+            if !self.sweep(&poor, aim, watch)?.contains(&true) {
+                break;
+            }
+        }
+        Ok(done)
+    }
+
+    fn vertices_of_poor_polygons(&self, aim: Aim) -> Vec<bool> {
+        let wanted = match aim {
+            Aim::Energy(_) => tolerance::FAIR_QUAD,
+            Aim::Search => tolerance::POOR_QUAD,
+        };
+        let mut marked = vec![false; self.places.len()];
+        for polygon in 0..self.mesh.polygon_count() {
+            if self.polygon_quality(polygon) < wanted {
+                for &vertex in self.mesh.vertices(polygon) {
+                    marked[vertex as usize] = true;
+                }
+            }
+        }
+        marked
+    }
+
+    /// Moves each active vertex once; returns which ones are near a vertex that moved.
+    fn sweep(&mut self, active: &[bool], aim: Aim, watch: &Watch) -> Result<Vec<bool>, Stopped> {
+        let floor = self.least_of_quads().max(tolerance::POOR_QUAD);
+        let mut stirred = vec![false; active.len()];
+        let groups = std::mem::take(&mut self.groups);
+        for group in &groups {
+            watch.check()?;
+            let movable: Vec<u32> = group
+                .iter()
+                .copied()
+                .filter(|&vertex| active[vertex as usize])
+                .collect();
+            let moves: Vec<Option<Place>> = movable
+                .par_iter()
+                .with_min_len(BATCH)
+                .map(|&vertex| self.better_place(vertex as usize, aim, floor))
+                .collect();
+            for (vertex, better) in movable.into_iter().zip(moves) {
+                if let Some(place) = better {
+                    self.put(vertex as usize, place, &mut stirred);
+                }
+            }
+        }
+        self.groups = groups;
+        Ok(stirred)
+    }
+
+    fn put(&mut self, vertex: usize, place: Place, stirred: &mut [bool]) {
+        let way = place.position.distance(self.places[vertex].position);
+        self.places[vertex] = place;
+        if way <= tolerance::VERTEX_AT_REST * self.scales[vertex] {
+            return;
+        }
+        for &corner in self.mesh.corners_at(vertex) {
+            for &other in self.mesh.vertices(self.mesh.polygon(corner)) {
+                stirred[other as usize] = true;
+            }
+        }
+    }
+
+    /// A place for the vertex that is better than the one it has.
+    fn better_place(&self, vertex: usize, aim: Aim, floor: f64) -> Option<Place> {
+        match aim {
+            Aim::Energy(power) => self.step(vertex, power, floor),
+            Aim::Search => self.search(vertex, floor),
+        }
+    }
+
+    /// One Newton step, shortened until it helps.
+    fn step(&self, vertex: usize, power: u32, floor: f64) -> Option<Place> {
+        let here = self.places[vertex];
+        let directions = self.directions(vertex)?;
+        let terms = self.terms(vertex);
+        let x = here.position;
+        let blur = blur(&terms, x);
+        let derivatives = terms
+            .iter()
+            .map(|term| term.derivatives(x, blur, directions));
+        let mut derivatives = sum_of_powers(derivatives, power);
+        if directions[1] == DVec3::ZERO {
+            derivatives.hessian[2] = derivatives.hessian[0];
+        }
+        let step = derivatives.newton_step();
+        let step = step.clamp_length_max(0.5 * self.scales[vertex]);
+        if step.length() <= 0.1 * tolerance::VERTEX_AT_REST * self.scales[vertex] {
+            return None;
+        }
+        let before = OnceCell::new();
+        let before = || *before.get_or_init(|| self.judge(vertex, here, power, blur));
+        [1.0, 0.4, 0.1].into_iter().find_map(|share| {
+            let target = x + directions[0] * (share * step.x) + directions[1] * (share * step.y);
+            let place = self.reached(vertex, target)?;
+            let after = self.judge(vertex, place, power, blur);
+            let is_better = after.energy < derivatives.value
+                && (after.is_fine(floor) || after.is_harmless(&before(), floor));
+            is_better.then_some(place)
+        })
+    }
+
+    /// The best place found where the least mean ratio is larger than now: between the neighbours, or
+    /// on ever smaller circles around the best one before.
+    fn search(&self, vertex: usize, floor: f64) -> Option<Place> {
+        let [u, v] = self.directions(vertex)?;
+        let here = self.places[vertex];
+        let before = self.judge(vertex, here, 1, 0.0);
+        let mut best = (here, before.own_ratio);
+        let mut consider = |target: DVec3| {
+            if let Some(place) = self.reached(vertex, target) {
+                let after = self.judge(vertex, place, 1, 0.0);
+                if after.own_ratio > best.1 && after.is_harmless(&before, floor) {
+                    best = (place, after.own_ratio);
+                }
+            }
+            best.0.position
+        };
+        let mut centre = consider(self.middle_of_neighbors(vertex));
+        for length in SEARCH_STEPS {
+            let around = centre;
+            for direction in 0..SEARCH_DIRECTIONS {
+                let turn = f64::from(direction) / f64::from(SEARCH_DIRECTIONS);
+                let (sine, cosine) = libm::sincos(TAU * turn);
+                centre =
+                    consider(around + (u * cosine + v * sine) * (length * self.scales[vertex]));
+            }
+        }
+        (best.1 > before.own_ratio).then_some(best.0)
+    }
+
+    fn middle_of_neighbors(&self, vertex: usize) -> DVec3 {
+        let corners = self.mesh.corners_at(vertex);
+        let sides = corners
+            .iter()
+            .flat_map(|&corner| [self.mesh.next(corner), self.mesh.previous(corner)]);
+        let sum: DVec3 = sides
+            .map(|corner| self.places[self.mesh.origin(corner) as usize].position)
+            .sum();
+        sum / (2 * corners.len()).max(1) as f64
+    }
+
+    /// The directions in which the vertex may go; the second one is zero on lines.
+    fn directions(&self, vertex: usize) -> Option<[DVec3; 2]> {
+        let here = self.places[vertex];
+        match self.freedoms[vertex] {
+            Freedom::Surface => {
+                let normal = here.normal.try_normalize()?;
+                let u = normal.any_orthonormal_vector();
+                Some([u, normal.cross(u)])
+            }
+            Freedom::Line => {
+                let halfedge = self.lines.halfedge_at(&self.surface, here.origin)?;
+                let along = self.surface.halfedge_vector(halfedge);
+                Some([along.try_normalize()?, DVec3::ZERO])
+            }
+            Freedom::Fixed => None,
+        }
+    }
+
+    /// The place near `target` that the vertex can reach on its surface or line; `None` beyond its
+    /// reach.
+    fn reached(&self, vertex: usize, target: DVec3) -> Option<Place> {
+        let origin = self.places[vertex].origin;
+        let origin = match self.freedoms[vertex] {
+            Freedom::Surface => slide_towards(&self.surface, origin, target),
+            Freedom::Line => {
+                let halfedge = self.lines.halfedge_at(&self.surface, origin)?;
+                self.lines.slide_towards(&self.surface, halfedge, target)
+            }
+            Freedom::Fixed => return None,
+        };
+        let place = place(&self.surface, &self.normals, origin);
+        let way = place.position.distance(self.starts[vertex]);
+        (way <= self.options.reach * self.scales[vertex]).then_some(place)
+    }
+
+    /// The corners around a vertex that its position takes part in.
+    fn terms(&self, vertex: usize) -> Vec<CornerTerm> {
+        let corners = self.mesh.corners_at(vertex).iter();
+        let terms = corners.flat_map(|&corner| {
+            let view = self.view(self.mesh.polygon(corner), |v| self.places[v as usize]);
+            self.terms_at(corner, view.normal)
+        });
+        terms.collect()
+    }
+
+    /// The corners of a polygon that the vertex of `corner` takes part in.
+    fn terms_at(&self, corner: u32, normal: DVec3) -> [CornerTerm; 3] {
+        let polygon = self.mesh.polygon(corner);
+        let angle = regular_angle(self.mesh.vertices(polygon).len());
+        let [next, previous] = [self.mesh.next(corner), self.mesh.previous(corner)];
+        let at = |corner: u32| self.places[self.mesh.origin(corner) as usize].position;
+        let fixed_out = at(self.mesh.next(next)) - at(next);
+        let fixed_back = at(self.mesh.previous(previous)) - at(previous);
+        [
+            (corner, (at(next), -1.0), (at(previous), -1.0)),
+            (next, (fixed_out, 0.0), (-at(next), 1.0)),
+            (previous, (-at(previous), 1.0), (fixed_back, 0.0)),
+        ]
+        .map(|(corner, out, back)| CornerTerm {
+            out,
+            back,
+            normal,
+            ratio: self.ratio(polygon, corner),
+            angle,
+        })
+    }
+
+    /// The proportion wanted at a corner: of the side that leaves it to the side that comes to it.
+    fn ratio(&self, polygon: usize, corner: u32) -> f64 {
+        if (corner - self.mesh.corners(polygon).start).is_multiple_of(2) {
+            self.ratios[polygon]
+        } else {
+            1.0 / self.ratios[polygon]
+        }
+    }
+
+    /// How good the polygons around a vertex are with the vertex at `place`.
+    fn judge(&self, vertex: usize, place: Place, power: u32, blur: f64) -> Judgement {
+        let x = place.position;
+        let mut judgement = Judgement {
+            energy: 0.0,
+            own_sine: f64::INFINITY,
+            own_ratio: f64::INFINITY,
+            least_sine: f64::INFINITY,
+            facing: f64::INFINITY,
+        };
+        let placed = |other: u32| {
+            if other as usize == vertex {
+                place
+            } else {
+                self.places[other as usize]
+            }
+        };
+        for &corner in self.mesh.corners_at(vertex) {
+            let polygon = self.mesh.polygon(corner);
+            let view = self.view(polygon, placed);
+            judgement.facing = judgement.facing.min(view.facing);
+            for term in self.terms_at(corner, view.normal) {
+                judgement.energy += raise(term.value(x, blur), power);
+                judgement.own_sine = judgement.own_sine.min(term.sine(x));
+                judgement.own_ratio = judgement.own_ratio.min(term.mean_ratio(x));
+            }
+            let sine = self.least_sine(polygon, view.normal, placed);
+            judgement.least_sine = judgement.least_sine.min(sine);
+        }
+        judgement
+    }
+
+    fn view(&self, polygon: usize, place: impl Fn(u32) -> Place) -> View {
+        let places = self
+            .mesh
+            .vertices(polygon)
+            .iter()
+            .map(|&vertex| place(vertex));
+        let area = vector_area(places.clone().map(|place| place.position));
+        let normal = area.normalize_or_zero();
+        let cosines = places.clone().map(|place| normal.dot(place.normal));
+        View {
+            normal: facing(normal, places.map(|place| place.normal).sum()),
+            facing: cosines.fold(f64::INFINITY, f64::min),
+        }
+    }
+
+    /// The least sine at a corner of the polygon over that of the regular polygon.
+    fn least_sine(&self, polygon: usize, normal: DVec3, place: impl Fn(u32) -> Place) -> f64 {
+        let vertices = self.mesh.vertices(polygon);
+        let last = vertices.len() - 1;
+        let at = |corner: usize| place(vertices[corner]).position;
+        let mut least = f64::INFINITY;
+        let mut around = [at(last - 1), at(last), at(0)];
+        for corner in 0..=last {
+            least = least.min(corner_sine(around, normal));
+            around = [
+                around[1],
+                around[2],
+                at(if corner == last { 0 } else { corner + 1 }),
+            ];
+        }
+        least / regular_angle(last + 1).1
+    }
+
+    /// The quality of a polygon as it is.
+    fn polygon_quality(&self, polygon: usize) -> f64 {
+        let place = |vertex: u32| self.places[vertex as usize];
+        self.least_sine(polygon, self.view(polygon, place).normal, place)
+    }
+
+    fn least_of_quads(&self) -> f64 {
+        (0..self.mesh.polygon_count())
+            .into_par_iter()
+            .filter(|&polygon| self.mesh.vertices(polygon).len() == 4)
+            .map(|polygon| self.polygon_quality(polygon))
+            .reduce(|| f64::INFINITY, f64::min)
+    }
+
+    fn quality(&self) -> ShapeQuality {
+        let quads = (0..self.mesh.polygon_count()).filter_map(|polygon| {
+            let quad: &[u32; 4] = self.mesh.vertices(polygon).try_into().ok()?;
+            Some(scaled_jacobian(
+                quad.map(|vertex| self.places[vertex as usize].position),
+            ))
+        });
+        ShapeQuality::of(&quads.collect::<Vec<_>>())
+    }
+
+    fn finish(self, before: ShapeQuality, sweeps: usize) -> Shaped {
+        let [low, high] = self.surface.bounding_box();
+        let ways = self.places.iter().zip(&self.starts);
+        let ways: Vec<f64> = ways
+            .map(|(place, start)| place.position.distance(*start))
+            .collect();
+        let report = ShapeReport {
+            before,
+            after: self.quality(),
+            moved_vertices: ways.iter().filter(|way| **way > 0.0).count(),
+            longest_way: 100.0 * ways.iter().copied().fold(0.0, f64::max) / high.distance(low),
+            sweeps,
+        };
+        Shaped {
+            origins: self.places.into_iter().map(|place| place.origin).collect(),
+            report,
+        }
+    }
+}
+
+fn place(surface: &Surface, normals: &PerVertex<DVec3>, origin: SurfacePoint) -> Place {
+    let corners = surface.mesh().triangle(origin.face);
+    Place {
+        origin,
+        position: origin.position(surface),
+        normal: origin.interpolate(corners.map(|vertex| normals[vertex])),
+    }
+}
+
+/// Cosine and sine of the angle of a regular polygon.
+fn regular_angle(corners: usize) -> (f64, f64) {
+    match corners {
+        4 => (0.0, 1.0),
+        3 => (0.5, 0.75_f64.sqrt()),
+        count => {
+            let turn = TAU / count as f64;
+            (-libm::cos(turn), libm::sin(turn))
+        }
+    }
+}
+
+/// What inverted corners are blurred by: 0 where all corners have an area.
+fn blur(terms: &[CornerTerm], x: DVec3) -> f64 {
+    let extent = terms.iter().map(|term| term.extent(x)).sum::<f64>() / terms.len() as f64;
+    let least = terms
+        .iter()
+        .map(|term| term.area(x))
+        .fold(f64::INFINITY, f64::min);
+    let small = tolerance::FLAT_CORNER * extent;
+    if least > small {
+        0.0
+    } else {
+        (small * (2.0 * small - least)).sqrt()
+    }
+}
+
+fn mean_edge_lengths(mesh: &PolygonConnectivity, positions: &[DVec3]) -> Vec<f64> {
+    let mean = |vertex: usize| {
+        let corners = mesh.corners_at(vertex);
+        let length = |&corner: &u32| {
+            let at = |corner: u32| positions[mesh.origin(corner) as usize];
+            at(corner).distance(at(mesh.next(corner)))
+                + at(corner).distance(at(mesh.previous(corner)))
+        };
+        corners.iter().map(length).sum::<f64>() / (2.0 * corners.len().max(1) as f64)
+    };
+    (0..mesh.vertex_count()).map(mean).collect()
+}

@@ -1,0 +1,143 @@
+//! The block of a factor that belongs to the unknowns eliminated last.
+
+use faer::sparse::linalg::cholesky::SymbolicCholeskyRaw;
+
+use super::{Cholesky, SolveError};
+
+impl Cholesky {
+    /// The last block of `L`: a dense lower triangle, `last.len()²` numbers by rows.
+    ///
+    /// Times its own transpose it is the Schur complement of these unknowns, their matrix once all
+    /// others take the values that are best for them
+    /// (F. Zhang (ed.), *The Schur Complement and Its Applications*, 2005, §1.1).
+    ///
+    /// # Errors
+    /// [`SolveError::BadFixedUnknown`] for an unknown that is not there, is named twice, or is
+    /// eliminated before one that is not named or is named earlier.
+    pub fn last_block(&self, last: &[u32]) -> Result<Vec<f64>, SolveError> {
+        let order = self.matrix().order();
+        let mut place_in_last = vec![u32::MAX; order];
+        for (place, &unknown) in last.iter().enumerate() {
+            let slot = place_in_last.get_mut(unknown as usize);
+            let slot = slot.filter(|slot| **slot == u32::MAX);
+            *slot.ok_or(bad(unknown, "named twice, or not there"))? = place as u32;
+        }
+        let count = last.len();
+        let mut factor = vec![0.0; count * count];
+        let mut misplaced = None;
+        self.for_each_entry(|row, column, value| {
+            let [row, column] = [row, column].map(|unknown| place_in_last[unknown]);
+            match (row, column) {
+                (_, u32::MAX) => {}
+                (row, column) if row == u32::MAX || row < column => misplaced = Some(column),
+                (row, column) => factor[row as usize * count + column as usize] = value,
+            }
+        });
+        match misplaced {
+            Some(column) => Err(bad(last[column as usize], "eliminated before others")),
+            None => Ok(factor),
+        }
+    }
+
+    /// Calls with row, column (numbers of the caller's unknowns) and value for each entry of `L`.
+    fn for_each_entry(&self, mut call: impl FnMut(usize, usize, f64)) {
+        let plan = self.symbolic().faer();
+        let unknown = |place: usize| self.symbolic().unknown_at(place);
+        match plan.raw() {
+            SymbolicCholeskyRaw::Simplicial(simplicial) => {
+                for column in 0..plan.ncols() {
+                    let ends = [column, column + 1].map(|c| simplicial.col_ptr()[c] as usize);
+                    for entry in ends[0]..ends[1] {
+                        let row = simplicial.row_idx()[entry] as usize;
+                        call(unknown(row), unknown(column), self.values()[entry]);
+                    }
+                }
+            }
+            SymbolicCholeskyRaw::Supernodal(supernodal) => {
+                for block in 0..supernodal.n_supernodes() {
+                    let start = supernodal.col_ptr_for_val()[block] as usize;
+                    let begin = supernodal.supernode_begin()[block] as usize;
+                    let end = supernodal.supernode_end()[block] as usize;
+                    let below = supernodal.supernode(block).pattern();
+                    let rows: Vec<usize> = (begin..end)
+                        .chain(below.iter().map(|&row| row as usize))
+                        .collect();
+                    for column in 0..end - begin {
+                        for (place, &row) in rows.iter().enumerate().skip(column) {
+                            let value = self.values()[start + column * rows.len() + place];
+                            call(unknown(row), unknown(begin + column), value);
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn bad(unknown: u32, reason: &'static str) -> SolveError {
+    let unknown = unknown as usize;
+    SolveError::BadFixedUnknown { unknown, reason }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Graph, Ordering, SymmetricMatrix};
+    use super::*;
+    use graticule_fixtures::Noise;
+
+    /// A grid Laplacian plus the identity, with the unknowns of `last` in the last places.
+    fn factored(side: usize, last: &[u32]) -> Cholesky {
+        let mut noise = Noise::new(1);
+        let vertex = |x: usize, y: usize| x + side * y;
+        let mut entries = Vec::new();
+        for (x, y) in (0..side).flat_map(|x| (0..side).map(move |y| (x, y))) {
+            entries.push((vertex(x, y), vertex(x, y), 5.0 + noise.unit()));
+            if x + 1 < side {
+                entries.push((vertex(x + 1, y), vertex(x, y), noise.signed()));
+            }
+            if y + 1 < side {
+                entries.push((vertex(x, y + 1), vertex(x, y), noise.signed()));
+            }
+        }
+        let matrix = SymmetricMatrix::from_triplets(side * side, entries).unwrap();
+        let free = Ordering::minimum_degree(&Graph::of_pattern(matrix.lower().pattern()));
+        let mut order: Vec<u32> = free.order().to_vec();
+        order.retain(|unknown| !last.contains(unknown));
+        order.extend(last);
+        let ordering = Ordering::from_order(order).unwrap();
+        Cholesky::new(&matrix, &ordering).unwrap()
+    }
+
+    #[test]
+    fn the_block_times_its_transpose_is_the_inverse_of_a_block_of_the_inverse() {
+        for (side, last) in [(4, vec![3, 9, 6]), (40, vec![5, 800, 801, 1599])] {
+            let cholesky = factored(side, &last);
+            let block = cholesky.last_block(&last).unwrap();
+            let rows = || block.chunks_exact(last.len());
+            for column in 0..last.len() {
+                // The solution for a load at one of them, times the complement, is a unit vector.
+                let mut load = vec![0.0; side * side];
+                load[last[column] as usize] = 1.0;
+                let solved = cholesky.solve(&load).unwrap().values;
+                for (row, entries) in rows().enumerate() {
+                    let product = |other: &[f64]| -> f64 {
+                        entries.iter().zip(other).map(|(a, b)| a * b).sum()
+                    };
+                    let terms = rows().map(product).zip(&last);
+                    let sum: f64 = terms.map(|(s, &u)| s * solved[u as usize]).sum();
+                    let unit = f64::from(u8::from(row == column));
+                    assert!((sum - unit).abs() < 1e-12, "{row} {column} {sum}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn unknowns_that_are_not_last_are_refused() {
+        let cholesky = factored(4, &[3, 9]);
+        for wrong in [&[3_u32, 3][..], &[16], &[5], &[9, 3]] {
+            let refused = cholesky.last_block(wrong);
+            assert!(matches!(refused, Err(SolveError::BadFixedUnknown { .. })));
+        }
+    }
+}
