@@ -198,3 +198,10 @@ pub const INDEX_ROUNDING: f64 = 1e-6;
 /// Solvers leave 1e-9 of coordinates up to 1e4; a wrong transition misses by a good part of a line
 /// spacing.
 pub const GRID_AGREEMENT: f64 = 1e-4;
+
+/// Area of a triangle in periodic coordinates, over the area wanted, below which it counts as nearly
+/// inverted and is untangled.
+///
+/// At a tenth a triangle is drawn out to ten times its length, and lines on it are no use; a
+/// conformal scale never goes that far within a triangle.
+pub const NEARLY_INVERTED: f64 = 0.1;

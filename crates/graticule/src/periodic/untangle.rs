@@ -1,0 +1,250 @@
+use glam::{DMat2, DVec2};
+
+use crate::geometry::IntrinsicTriangulation;
+use crate::measure::SourceTriangle;
+use crate::mesh::{FaceId, HalfedgeId, PerFace, PerVertex, TriangleMesh, VertexId};
+use crate::tolerance::NEARLY_INVERTED;
+use crate::watch::{Stopped, Watch};
+
+use super::unroll::{FaceKind, VertexFrames};
+
+/// Passes over the neighbourhoods at most.
+const PASSES: usize = 40;
+
+/// Rings of vertices round an inverted triangle that give way.
+const RINGS: usize = 3;
+
+/// A vertex rests when a Newton step moves it by less than this, in periods.
+const AT_REST: f64 = 1e-6;
+
+/// What the coordinates stand on while vertices move.
+pub(super) struct Untangling<'a> {
+    pub(super) mesh: &'a TriangleMesh,
+    pub(super) triangulation: &'a IntrinsicTriangulation,
+    /// Periods per unit length wanted at each vertex.
+    pub(super) density: &'a PerVertex<f64>,
+    pub(super) whole: &'a PerVertex<[bool; 2]>,
+    pub(super) kinds: &'a PerFace<FaceKind>,
+}
+
+impl Untangling<'_> {
+    /// Turns over triangles that are inverted or nearly so, by moving the vertices about them one
+    /// after the other with all integers kept: each goes to the minimum of a distortion of its
+    /// triangles whose barrier against inversion is finite
+    /// (V. Garanzha et al., *Foldover-free maps in 50 lines of code*, 2021).
+    ///
+    /// Triangles that do not close have no say. Returns the number of vertices that took part.
+    pub(super) fn run(
+        &self,
+        frames: &mut VertexFrames,
+        watch: &Watch,
+    ) -> Result<usize, Stopped> {
+        let _stage = watch.stage("untangling");
+        let faces = PerFace::from_fn(self.mesh.face_count(), |face| self.gradients(face));
+        let mut all = 0;
+        for pass in 0..PASSES {
+            watch.check()?;
+            watch.progress(pass as f64 / PASSES as f64);
+            let moving = self.about_bad_faces(&faces, frames);
+            all = all.max(moving.len());
+            let moved: usize = moving
+                .iter()
+                .map(|&vertex| usize::from(self.relax(vertex, &faces, frames)))
+                .sum();
+            if moved == 0 {
+                break;
+            }
+        }
+        Ok(all)
+    }
+
+    /// The gradients of the corners' hat functions, in the unit of the periods wanted there; `None`
+    /// where a triangle has no say.
+    fn gradients(&self, face: FaceId) -> Option<([DVec2; 3], f64)> {
+        if !self.kinds[face].closes() {
+            return None;
+        }
+        let source = SourceTriangle::from_lengths(self.triangulation.shape(face).lengths())?;
+        let vertices = self.mesh.triangle(face);
+        let density = vertices.iter().map(|&v| self.density[v]).sum::<f64>() / 3.0;
+        let gradients = source.corner_gradients().map(|gradient| gradient / density);
+        Some((gradients, source.area() * density * density))
+    }
+
+    /// The vertices about triangles that are inverted or nearly so.
+    fn about_bad_faces(
+        &self,
+        faces: &PerFace<Option<([DVec2; 3], f64)>>,
+        frames: &VertexFrames,
+    ) -> Vec<VertexId> {
+        let is_bad = |face: &FaceId| {
+            faces[*face].is_some_and(|(gradients, _)| {
+                let corners = frames.corners(self.mesh, *face);
+                let rows = (0..3).fold([DVec2::ZERO; 2], |[u, v], k| {
+                    [u + gradients[k] * corners[k].x, v + gradients[k] * corners[k].y]
+                });
+                // Not `<`: what is not a number is bad.
+                let is_good = rows[0].perp_dot(rows[1]) >= NEARLY_INVERTED;
+                !is_good
+            })
+        };
+        let bad = self.mesh.faces().filter(is_bad);
+        let mut found: Vec<VertexId> = bad.flat_map(|face| self.mesh.triangle(face)).collect();
+        for _ in 1..RINGS {
+            let around = found.iter().flat_map(|&vertex| self.mesh.neighbors(vertex));
+            let wider: Vec<VertexId> = around.chain(found.iter().copied()).collect();
+            found = wider;
+            found.sort_unstable();
+            found.dedup();
+        }
+        found
+    }
+
+    /// Moves a vertex by Newton's method; whether it moved.
+    fn relax(
+        &self,
+        vertex: VertexId,
+        faces: &PerFace<Option<([DVec2; 3], f64)>>,
+        frames: &mut VertexFrames,
+    ) -> bool {
+        let corners = self.mesh.outgoing(vertex);
+        let star: Vec<Corner> = corners
+            .filter_map(|corner| self.corner(corner, faces, frames))
+            .collect();
+        let place = frames.coordinates[vertex];
+        let worst = star.iter().map(|corner| corner.determinant(place)).fold(1.0, f64::min);
+        let softness = (SHARPEST * SHARPEST + 0.04 * worst.min(0.0).powi(2)).sqrt();
+        let at = |place| star.iter().map(|c| c.energy(place, softness)).sum::<Taylor>();
+        let before = at(place);
+        let mut step = before.newton_step(self.whole[vertex]);
+        while step.length() > AT_REST {
+            if at(place + step).value < before.value {
+                frames.coordinates[vertex] = place + step;
+                return true;
+            }
+            step *= 0.5;
+        }
+        false
+    }
+
+    fn corner(
+        &self,
+        corner: HalfedgeId,
+        faces: &PerFace<Option<([DVec2; 3], f64)>>,
+        frames: &VertexFrames,
+    ) -> Option<Corner> {
+        let (gradients, area) = faces[corner.face()]?;
+        let [own, next, last] = [0, 1, 2].map(|k| gradients[(corner.side() + k) % 3]);
+        let place = |halfedge: HalfedgeId| frames.coordinates[self.mesh.origin(halfedge)];
+        let to_next = frames.jump(self.mesh, corner);
+        let to_last = frames.jump(self.mesh, corner.previous()).inverse();
+        let p = to_next.apply(place(corner.next()));
+        let q = to_last.apply(place(corner.previous()));
+        Some(Corner {
+            gradient: own,
+            rest: [next * p.x + last * q.x, next * p.y + last * q.y],
+            area,
+        })
+    }
+}
+
+/// Least softness of the barrier: it lets determinants be this small without pushing back harder.
+const SHARPEST: f64 = 0.02;
+
+/// A triangle by one corner: the Jacobian's rows are linear in the place of that corner.
+struct Corner {
+    gradient: DVec2,
+    rest: [DVec2; 2],
+    area: f64,
+}
+
+impl Corner {
+    fn rows(&self, place: DVec2) -> [DVec2; 2] {
+        let [u, v] = self.rest;
+        [u + self.gradient * place.x, v + self.gradient * place.y]
+    }
+
+    fn determinant(&self, place: DVec2) -> f64 {
+        let [u, v] = self.rows(place);
+        u.perp_dot(v)
+    }
+
+    /// `A (|J|² + 1 + D²) / 2χ(D)` with `χ = (D + √(D² + ε²)) / 2`, least for an isometry.
+    fn energy(&self, place: DVec2, softness: f64) -> Taylor {
+        let [u, v] = self.rows(place);
+        let determinant = u.perp_dot(v);
+        let growth = DVec2::new(self.gradient.perp_dot(v), u.perp_dot(self.gradient));
+        let square = self.gradient.length_squared();
+        let size = u.length_squared() + v.length_squared() + 1.0 + determinant * determinant;
+        let slope = 2.0 * DVec2::new(u.dot(self.gradient), v.dot(self.gradient))
+            + growth * (2.0 * determinant);
+        let bend = DMat2::from_diagonal(DVec2::splat(2.0 * square)) + outer(growth, growth) * 2.0;
+        let root = determinant.hypot(softness);
+        // The same as (D + √(D² + ε²)) / 2, without cancellation.
+        let barrier = if determinant > 0.0 {
+            0.5 * (determinant + root)
+        } else {
+            0.5 * softness * softness / (root - determinant)
+        };
+        let rise = barrier / root;
+        let curve = 0.5 * softness * softness / (root * root * root);
+        let share = 0.5 * self.area / barrier;
+        let ratio = rise / barrier;
+        let mixed = outer(slope, growth) + outer(growth, slope);
+        let along = size * (2.0 * ratio * ratio - curve / barrier);
+        Taylor {
+            value: share * size,
+            slope: (slope - growth * (size * ratio)) * share,
+            bend: (bend - mixed * ratio + outer(growth, growth) * along) * share,
+        }
+    }
+}
+
+fn outer(a: DVec2, b: DVec2) -> DMat2 {
+    DMat2::from_cols(a * b.x, a * b.y)
+}
+
+/// A function of a place to second order.
+#[derive(Clone, Copy, Default)]
+struct Taylor {
+    value: f64,
+    slope: DVec2,
+    bend: DMat2,
+}
+
+impl std::iter::Sum for Taylor {
+    fn sum<I: Iterator<Item = Self>>(terms: I) -> Self {
+        terms.fold(Self::default(), |a, b| Self {
+            value: a.value + b.value,
+            slope: a.slope + b.slope,
+            bend: a.bend + b.bend,
+        })
+    }
+}
+
+impl Taylor {
+    /// The step to the minimum of the quadratic, its curvature made positive, without the
+    /// coordinates that are fixed.
+    fn newton_step(&self, fixed: [bool; 2]) -> DVec2 {
+        let [[xx, xy], [_, yy]] = self.bend.to_cols_array_2d();
+        match fixed {
+            [true, true] => DVec2::ZERO,
+            [true, false] => DVec2::new(0.0, -self.slope.y / yy.abs()),
+            [false, true] => DVec2::new(-self.slope.x / xx.abs(), 0.0),
+            [false, false] => {
+                let mean = f64::midpoint(xx, yy);
+                let spread = (0.5 * (xx - yy)).hypot(xy);
+                // Lift the smaller eigenvalue above a share of the larger one.
+                let lift = (1e-3 * (mean.abs() + spread) - (mean - spread)).max(0.0);
+                let [xx, yy] = [xx + lift, yy + lift];
+                let determinant = xx * yy - xy * xy;
+                let step = DVec2::new(
+                    xy * self.slope.y - yy * self.slope.x,
+                    xy * self.slope.x - xx * self.slope.y,
+                );
+                let step = step / determinant;
+                if step.is_finite() { step } else { DVec2::ZERO }
+            }
+        }
+    }
+}
