@@ -202,6 +202,6 @@ pub const GRID_AGREEMENT: f64 = 1e-4;
 /// Area of a triangle in periodic coordinates, over the area wanted, below which it counts as nearly
 /// inverted and is untangled.
 ///
-/// At a tenth a triangle is drawn out to ten times its length, and lines on it are no use; a
-/// conformal scale never goes that far within a triangle.
-pub const NEARLY_INVERTED: f64 = 0.1;
+/// At a half a triangle is squeezed as no field without singularities asks for; a few such triangles
+/// rule the L² stretch of a whole map.
+pub const NEARLY_INVERTED: f64 = 0.5;

@@ -25,7 +25,7 @@ pub(super) fn diffuse_and_normalise(
 ) -> Result<Minimum, PeriodicError> {
     let mut values = {
         let _stage = watch.stage("phases from coarse to fine");
-        phases_from_coarse(graph, options.sweeps, options.seed, watch)?
+        phases_from_coarse(graph, options.start, watch)?
     };
     let _stage = watch.stage("diffusion");
     let mut inner_iterations = 0;
@@ -39,14 +39,10 @@ pub(super) fn diffuse_and_normalise(
         }
         graph.relax_units(&mut values);
     }
-    let moduli = diffused(graph, &values, options.last, watch)?.0;
     Ok(Minimum {
-        energy: graph.energy(&values),
-        moduli: moduli.iter().map(|value| value.length()).collect(),
-        values,
         steps: options.steps,
         inner_iterations,
-        last_change: 0.0,
+        ..Minimum::of_units(graph, values)
     })
 }
 

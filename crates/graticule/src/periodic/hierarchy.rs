@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 
 use glam::DVec2;
 
+use super::minimize::CoarseToFineOptions;
 use super::phase_graph::{Coupling, PhaseGraph, mirrored};
 use crate::watch::{Stopped, Watch};
 
@@ -67,8 +68,7 @@ const COARSEST_SWEEPS: usize = 50;
 /// the way down. Cost: linear.
 pub(super) fn phases_from_coarse(
     graph: &PhaseGraph,
-    sweeps: usize,
-    seed: u64,
+    options: CoarseToFineOptions,
     watch: &Watch,
 ) -> Result<Vec<DVec2>, Stopped> {
     let mut levels: Vec<Level> = Vec::new();
@@ -82,14 +82,14 @@ pub(super) fn phases_from_coarse(
         levels.push(level);
     }
     let coarsest = levels.last().map_or(graph, |level| &level.graph);
-    let mut values = seeded_phases(coarsest.count(), seed);
+    let mut values = seeded_phases(coarsest.count(), options.seed);
     relax(coarsest, &mut values, COARSEST_SWEEPS);
     for depth in (0..levels.len()).rev() {
         watch.check()?;
         let members = levels[depth].members.iter();
         values = members.map(|member| member.value(&values)).collect();
         let finer = depth.checked_sub(1).map_or(graph, |finer| &levels[finer].graph);
-        relax(finer, &mut values, sweeps);
+        relax(finer, &mut values, options.sweeps);
     }
     Ok(values)
 }

@@ -25,7 +25,7 @@ pub use energy::{
 };
 pub use error::GridMapError;
 pub use grid_map::{GRID_EXTENT, GRID_STEPS, GridMap};
-pub use minimize::{DiffusionOptions, MinimizationReport, Minimizer, NewtonOptions};
+pub use minimize::{CoarseToFineOptions, DiffusionOptions, MinimizationReport, Minimizer, NewtonOptions};
 pub use options::{ChartSize, ParameterizeOptions};
 pub use parameterization::{
     Parameterization, ParameterizationReport, RegularDistortion, parameterize,

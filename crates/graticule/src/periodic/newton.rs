@@ -45,7 +45,7 @@ pub(super) fn newton(
                 moduli,
                 steps,
                 inner_iterations: run.factorisations,
-                last_change: size,
+                gradient: Some(size),
             });
         }
         if !run.step(&mut values, &gradient)? {

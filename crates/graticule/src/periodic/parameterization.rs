@@ -2,7 +2,7 @@ use glam::DVec2;
 use serde::Serialize;
 
 use super::energy::{EnergyKind, energy_weights, phase_graph};
-use super::refine::{refine, triangle_weights};
+use super::refine::refine;
 use super::unroll::{
     FaceKind, Layout, VertexFrames, angles_of_phases, face_kinds, layout,
 };
@@ -19,7 +19,7 @@ use crate::geometry::{
     vertex_areas,
 };
 use crate::measure::SourceTriangle;
-use crate::mesh::{EdgeId, Element, PerFace, PerVertex, Surface, TriangleMesh};
+use crate::mesh::{EdgeId, Element, PerEdge, PerFace, PerVertex, Surface, TriangleMesh, VertexId};
 use crate::watch::Watch;
 
 /// Periodic coordinates of a surface, with everything that was found on the way.
@@ -58,6 +58,9 @@ pub struct ParameterizationReport {
     pub whole_coordinates: usize,
     /// Boundary and feature edges that the field does not follow, so that no line does.
     pub unaligned_edges: usize,
+    /// Coordinates that were to be whole and are not: lines there run closer together than the charts
+    /// are wide, so that triangles between them had no room.
+    pub released_coordinates: usize,
     /// Triangles with a singularity of the field.
     pub field_singular_faces: usize,
     /// Triangles where a line ends.
@@ -120,32 +123,13 @@ pub fn parameterize(
     check_counts(surface.mesh(), field, scale, &options.features)?;
     let (unit_surface, similarity) = normalized(surface);
     let ground = Ground::new(&unit_surface, field, scale, options, &similarity)?;
-    let (mut frames, minimization) = ground.minimized(watch)?;
+    let (mut frames, minimization, refinement_iterations) = ground.minimized(watch)?;
     let mut kinds = face_kinds(surface.mesh(), &frames);
-    let mut refinement_iterations = 0;
-    if options.refine {
-        let weights = triangle_weights(&ground.own, &kinds);
-        refinement_iterations = refine(
-            &ground.own,
-            &ground.steps,
-            &weights,
-            &ground.whole,
-            &mut frames,
-            watch,
-        )?;
-        kinds = face_kinds(surface.mesh(), &frames);
-    }
     let inverted_before = count(&kinds, FaceKind::Inverted);
-    if options.untangle && inverted_before > 0 {
-        let untangling = Untangling {
-            mesh: surface.mesh(),
-            triangulation: &ground.own,
-            density: &ground.density,
-            whole: &ground.whole,
-            kinds: &kinds,
-        };
-        untangling.run(&mut frames, watch)?;
-        kinds = face_kinds(surface.mesh(), &frames);
+    let mut whole = ground.whole.clone();
+    let mut released = 0;
+    if options.untangle {
+        released = untangled(&ground, &mut whole, &mut frames, &mut kinds, watch)?;
     }
     watch.check()?;
     let _stage = watch.stage("singular elements");
@@ -157,8 +141,9 @@ pub fn parameterize(
         charts: ground.charts(),
         energy: options.energy,
         minimization,
-        whole_coordinates: ground.whole.iter().flatten().filter(|is| **is).count(),
+        whole_coordinates: whole.iter().flatten().filter(|is| **is).count(),
         unaligned_edges: ground.unaligned,
+        released_coordinates: released,
         field_singular_faces: singular.field_faces.len(),
         phase_singular_faces: singular.phase_faces.len(),
         inverted_faces: singular.inverted_faces.len(),
@@ -172,12 +157,57 @@ pub fn parameterize(
     Ok(Parameterization {
         chart_size,
         layout: layout(surface.mesh(), &frames, &kinds),
-        whole: ground.whole,
+        whole,
         frames,
         kinds,
         singular,
         report,
     })
+}
+
+/// Most rounds in which whole coordinates are released.
+const RELEASES: usize = 8;
+
+/// Turns inverted triangles over again. Where that fails beside coordinates that must be whole, these
+/// are released, as two lines to follow may be closer than a period; returns how many were.
+fn untangled(
+    ground: &Ground<'_>,
+    whole: &mut PerVertex<[bool; 2]>,
+    frames: &mut VertexFrames,
+    kinds: &mut PerFace<FaceKind>,
+    watch: &Watch,
+) -> Result<usize, PeriodicError> {
+    let mesh = ground.surface.mesh();
+    let mut released = 0;
+    for _ in 0..RELEASES {
+        let untangling = Untangling {
+            mesh,
+            triangulation: &ground.own,
+            density: &ground.density,
+            whole,
+            kinds,
+        };
+        untangling.run(frames, watch)?;
+        *kinds = face_kinds(mesh, frames);
+        let inverted = kinds.enumerate().filter(|(_, kind)| **kind == FaceKind::Inverted);
+        let mut now = 0;
+        for vertex in inverted.flat_map(|(face, _)| mesh.triangle(face)) {
+            now += whole[vertex].iter().filter(|is_whole| **is_whole).count();
+            whole[vertex] = [false; 2];
+        }
+        released += now;
+        if now == 0 {
+            break;
+        }
+    }
+    if released > 0 {
+        let message = format!(
+            "{released} coordinates beside boundary or feature edges are not on a line: the charts are \
+             too large for what is between these edges"
+        );
+        watch.warn("lines-released", message);
+    }
+    Ok(released)
 }
 
 impl Parameterization {
@@ -281,47 +311,91 @@ impl<'a> Ground<'a> {
         })
     }
 
-    /// Minimises the energy and unrolls.
+    /// Minimises the energy and unrolls; with the figures, and the iterations of the refinement.
     fn minimized(
         &self,
         watch: &Watch,
-    ) -> Result<(VertexFrames, MinimizationReport), PeriodicError> {
-        let kind = self.options.energy;
-        let graph = {
-            let _stage = watch.stage("energy");
-            if self.options.delaunay {
-                let (delaunay, _) = intrinsic_delaunay(self.surface, watch)?;
-                let steps = edge_steps(&delaunay, self.field, &self.density);
-                let weights = energy_weights(&delaunay, kind)?;
-                phase_graph(&delaunay, &steps, &weights, &self.whole)
-            } else {
-                let weights = energy_weights(&self.own, kind)?;
-                phase_graph(&self.own, &self.steps, &weights, &self.whole)
-            }
+    ) -> Result<(VertexFrames, MinimizationReport, usize), PeriodicError> {
+        let functional = Functional::of(self, watch)?;
+        let (coordinates, report) = self.phases(&functional, watch)?;
+        let mut frames = {
+            let _stage = watch.stage("unrolling");
+            VertexFrames::new(&functional.triangulation, &functional.steps, coordinates)
         };
-        let mut points = Vec::new();
-        for (node, &place) in graph.places.iter().enumerate() {
-            if place != FIXED {
-                points.push(self.surface.positions().as_slice()[node / 2]);
-            }
+        let mut iterations = 0;
+        if self.options.refine {
+            iterations = functional.refined(&self.whole, &mut frames, watch)?;
         }
-        let (values, report) = self.options.minimizer.run(&graph, &points, watch)?;
         let _stage = watch.stage("unrolling");
+        // The integers of the surface's own edges, which are not those of the triangulation.
+        let own = VertexFrames::new(&self.own, &self.steps, frames.coordinates);
+        Ok((own, report, iterations))
+    }
+
+    /// The coordinates of all vertices that minimise the energy, each up to whole numbers.
+    fn phases(
+        &self,
+        functional: &Functional,
+        watch: &Watch,
+    ) -> Result<(PerVertex<DVec2>, MinimizationReport), PeriodicError> {
+        let graph = phase_graph(
+            &functional.triangulation,
+            &functional.steps,
+            &functional.weights,
+            &self.whole,
+        );
+        let positions = self.surface.positions().as_slice();
+        let nodes = graph.places.iter().enumerate();
+        let free = nodes.filter(|(_, place)| **place != FIXED);
+        let points: Vec<_> = free.map(|(node, _)| positions[node / 2]).collect();
+        let (values, report) = self.options.minimizer.run(&graph, &points, watch)?;
         let value = |node: usize| match graph.places[node] {
             FIXED => DVec2::X,
             place => values[place as usize],
         };
-        let phases = PerVertex::from_fn(self.whole.len(), |vertex: crate::mesh::VertexId| {
+        let phases = PerVertex::from_fn(positions.len(), |vertex: VertexId| {
             [0, 1].map(|coordinate| value(2 * vertex.index() + coordinate))
         });
-        let frames = VertexFrames::new(&self.own, &self.steps, angles_of_phases(&phases));
-        Ok((frames, report))
+        Ok((angles_of_phases(&phases), report))
     }
 
     fn charts(&self) -> f64 {
         let areas = vertex_areas(&self.own);
         let own = self.density.iter().zip(&areas);
         own.map(|(density, area)| density * density * area).sum()
+    }
+}
+
+/// The energy, with the triangulation that it is summed over.
+struct Functional {
+    triangulation: IntrinsicTriangulation,
+    steps: EdgeSteps,
+    weights: PerEdge<f64>,
+}
+
+impl Functional {
+    fn of(ground: &Ground<'_>, watch: &Watch) -> Result<Self, PeriodicError> {
+        let _stage = watch.stage("energy");
+        let triangulation = if ground.options.delaunay {
+            intrinsic_delaunay(ground.surface, watch)?.0
+        } else {
+            ground.own.clone()
+        };
+        Ok(Self {
+            steps: edge_steps(&triangulation, ground.field, &ground.density),
+            weights: energy_weights(&triangulation, ground.options.energy)?,
+            triangulation,
+        })
+    }
+
+    fn refined(
+        &self,
+        whole: &PerVertex<[bool; 2]>,
+        frames: &mut VertexFrames,
+        watch: &Watch,
+    ) -> Result<usize, PeriodicError> {
+        let (triangulation, steps) = (&self.triangulation, &self.steps);
+        refine(triangulation, steps, &self.weights, whole, frames, watch)
     }
 }
 

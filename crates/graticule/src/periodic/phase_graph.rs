@@ -216,6 +216,20 @@ impl PhaseGraph {
         (terms.sum::<f64>() + self.constant).max(0.0)
     }
 
+    /// For each node the length of the mean of what its neighbours want it to be: 1 where they agree,
+    /// 0 where the phase is singular.
+    pub(super) fn agreements(&self, values: &[DVec2]) -> Vec<f64> {
+        let of_node = |node| {
+            let weight = self.diagonal[node];
+            if weight > 0.0 {
+                self.pull(node, values).length() / weight
+            } else {
+                1.0
+            }
+        };
+        (0..self.count()).map(of_node).collect()
+    }
+
     /// Moves each node to the best unit vector for its neighbours as they are, in order and then
     /// back; the mean move of the second pass. The form never grows.
     pub(super) fn relax_units(&self, values: &mut [DVec2]) -> f64 {

@@ -1,5 +1,5 @@
 use crate::geometry::IntrinsicTriangulation;
-use crate::mesh::{Element, PerEdge, PerFace, PerVertex};
+use crate::mesh::{Element, PerEdge, PerVertex};
 use crate::solve::{
     ConjugateGradientOptions, IncompleteCholesky, ParallelMatrix, SymmetricMatrix,
     conjugate_gradients,
@@ -7,7 +7,7 @@ use crate::solve::{
 use crate::watch::Watch;
 
 use super::energy::partner;
-use super::unroll::{FaceKind, VertexFrames};
+use super::unroll::VertexFrames;
 use super::{EdgeSteps, PeriodicError};
 
 /// Residual of the correction, relative to what is to be corrected: coordinates off by a tenth of a
@@ -23,8 +23,6 @@ const FIXED: u32 = u32::MAX;
 /// Solves for the coordinates as real numbers, with the integers of all edges and the whole
 /// coordinates kept: the minimum of `Σ w |R^-r pⱼ + n − pᵢ − δ|²`, of which the sines and cosines are
 /// an approximation. Returns the iterations of the solver.
-///
-/// `weights` must make the energy non-negative; see [`triangle_weights`].
 pub(super) fn refine(
     triangulation: &IntrinsicTriangulation,
     steps: &EdgeSteps,
@@ -89,27 +87,4 @@ pub(super) fn refine(
         }
     }
     Ok(solution.iterations)
-}
-
-/// Half-cotangent weights summed over the triangles: those that close as they are, which makes their
-/// energy that of a linear map and so never negative; of the others without negative ones.
-pub(super) fn triangle_weights(
-    triangulation: &IntrinsicTriangulation,
-    kinds: &PerFace<FaceKind>,
-) -> PerEdge<f64> {
-    let mut weights = PerEdge::filled(triangulation.edge_count(), 0.0);
-    for (face, kind) in kinds.enumerate() {
-        let shape = triangulation.shape(face);
-        for side in face.halfedges() {
-            // A triangle without area has no say.
-            let cotangent = shape.cotangent(side.previous().side()).unwrap_or(0.0);
-            let counted = if kind.closes() {
-                cotangent
-            } else {
-                cotangent.max(0.0)
-            };
-            weights[triangulation.edge(side)] += 0.5 * counted;
-        }
-    }
-    weights
 }

@@ -9,13 +9,19 @@ use crate::watch::{Stopped, Watch};
 use super::unroll::{FaceKind, VertexFrames};
 
 /// Passes over the neighbourhoods at most.
-const PASSES: usize = 40;
+const PASSES: usize = 200;
+
+/// Passes that also work on triangles that are only nearly inverted.
+const SMOOTHING_PASSES: usize = 40;
 
 /// Rings of vertices round an inverted triangle that give way.
 const RINGS: usize = 3;
 
-/// A vertex rests when a Newton step moves it by less than this, in periods.
-const AT_REST: f64 = 1e-6;
+/// Vertices rest when none moves by more than this, in periods.
+const AT_REST: f64 = 1e-4;
+
+/// Passes after which the vertices that take part are chosen anew.
+const REFRESH: usize = 5;
 
 /// What the coordinates stand on while vertices move.
 pub(super) struct Untangling<'a> {
@@ -42,18 +48,27 @@ impl Untangling<'_> {
         let _stage = watch.stage("untangling");
         let faces = PerFace::from_fn(self.mesh.face_count(), |face| self.gradients(face));
         let mut all = 0;
+        let mut moving = Vec::new();
         for pass in 0..PASSES {
             watch.check()?;
             watch.progress(pass as f64 / PASSES as f64);
-            let moving = self.about_bad_faces(&faces, frames);
-            all = all.max(moving.len());
-            let moved: usize = moving
+            if pass.is_multiple_of(REFRESH) {
+                let least = if pass < SMOOTHING_PASSES {
+                    NEARLY_INVERTED
+                } else {
+                    0.0
+                };
+                moving = self.about_bad_faces(&faces, least, frames);
+                all = all.max(moving.len());
+            }
+            let largest = moving
                 .iter()
-                .map(|&vertex| usize::from(self.relax(vertex, &faces, frames)))
-                .sum();
-            if moved == 0 {
+                .map(|&vertex| self.relax(vertex, &faces, frames))
+                .fold(0.0, f64::max);
+            if largest < AT_REST {
                 break;
             }
+            moving.reverse();
         }
         Ok(all)
     }
@@ -71,10 +86,11 @@ impl Untangling<'_> {
         Some((gradients, source.area() * density * density))
     }
 
-    /// The vertices about triangles that are inverted or nearly so.
+    /// The vertices about triangles whose area is not above `least` of the one wanted.
     fn about_bad_faces(
         &self,
         faces: &PerFace<Option<([DVec2; 3], f64)>>,
+        least: f64,
         frames: &VertexFrames,
     ) -> Vec<VertexId> {
         let is_bad = |face: &FaceId| {
@@ -83,8 +99,8 @@ impl Untangling<'_> {
                 let rows = (0..3).fold([DVec2::ZERO; 2], |[u, v], k| {
                     [u + gradients[k] * corners[k].x, v + gradients[k] * corners[k].y]
                 });
-                // Not `<`: what is not a number is bad.
-                let is_good = rows[0].perp_dot(rows[1]) >= NEARLY_INVERTED;
+                // Not `<=`: what is not a number is bad.
+                let is_good = rows[0].perp_dot(rows[1]) > least;
                 !is_good
             })
         };
@@ -100,13 +116,13 @@ impl Untangling<'_> {
         found
     }
 
-    /// Moves a vertex by Newton's method; whether it moved.
+    /// Moves a vertex by a step of Newton's method; how far.
     fn relax(
         &self,
         vertex: VertexId,
         faces: &PerFace<Option<([DVec2; 3], f64)>>,
         frames: &mut VertexFrames,
-    ) -> bool {
+    ) -> f64 {
         let corners = self.mesh.outgoing(vertex);
         let star: Vec<Corner> = corners
             .filter_map(|corner| self.corner(corner, faces, frames))
@@ -120,11 +136,11 @@ impl Untangling<'_> {
         while step.length() > AT_REST {
             if at(place + step).value < before.value {
                 frames.coordinates[vertex] = place + step;
-                return true;
+                return step.length();
             }
             step *= 0.5;
         }
-        false
+        0.0
     }
 
     fn corner(
