@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 use serde::Serialize;
 
-use crate::commands::{cite, demo, field, flatten, info, measure, repair};
+use crate::commands::{cite, demo, field, flatten, info, measure, parameterize, repair};
 
 /// Flattens patches of surface meshes, measures the maps, and computes cross fields.
 ///
@@ -66,6 +66,8 @@ pub(crate) enum Command {
     Flatten(flatten::Options),
     /// Compute a smooth field of crosses, lines or vectors and its singularities
     Field(field::Options),
+    /// Cover a surface with periodic coordinates that follow a cross field
+    Parameterize(parameterize::Options),
     /// Measure the distortion of any mesh with texture coordinates
     Measure(measure::Options),
     /// Print the papers behind the commands

@@ -6,4 +6,5 @@ pub(crate) mod field;
 pub(crate) mod flatten;
 pub(crate) mod info;
 pub(crate) mod measure;
+pub(crate) mod parameterize;
 pub(crate) mod repair;

@@ -7,5 +7,6 @@ mod field;
 mod flatten;
 mod info;
 mod measure;
+mod parameterize;
 mod repair;
 mod streams;

@@ -54,7 +54,8 @@ fn diffused(
     watch: &Watch,
 ) -> Result<(Vec<DVec2>, usize), PeriodicError> {
     let side = values.iter().zip(&graph.masses).zip(&graph.anchors);
-    let side = side.flat_map(|((&value, mass), &anchor)| (value * (step * mass) + anchor).to_array());
+    let side =
+        side.flat_map(|((&value, mass), &anchor)| (value * (step * mass) + anchor).to_array());
     let side: Vec<f64> = side.collect();
     let start: Vec<f64> = values.iter().flat_map(|value| value.to_array()).collect();
     let form = graph.shifted(step);

@@ -88,7 +88,9 @@ pub(super) fn phases_from_coarse(
         watch.check()?;
         let members = levels[depth].members.iter();
         values = members.map(|member| member.value(&values)).collect();
-        let finer = depth.checked_sub(1).map_or(graph, |finer| &levels[finer].graph);
+        let finer = depth
+            .checked_sub(1)
+            .map_or(graph, |finer| &levels[finer].graph);
         relax(finer, &mut values, options.sweeps);
     }
     Ok(values)
@@ -103,7 +105,11 @@ fn relax(graph: &PhaseGraph, values: &mut [DVec2], sweeps: usize) {
 /// The form with one node for each group of nodes.
 fn coarsened(graph: &PhaseGraph) -> Level {
     let members = grouped(graph);
-    let count = members.iter().map(|m| m.group as usize + 1).max().unwrap_or(0);
+    let count = members
+        .iter()
+        .map(|m| m.group as usize + 1)
+        .max()
+        .unwrap_or(0);
     let mut diagonal = vec![0.0; count];
     let mut anchors = vec![DVec2::ZERO; count];
     let mut masses = vec![0.0; count];

@@ -169,7 +169,9 @@ impl Minimizer {
     ) -> Result<(Vec<DVec2>, MinimizationReport), PeriodicError> {
         let _stage = watch.stage("minimisation");
         let (method, found) = match self {
-            Self::CoarseToFine(options) => ("coarse-to-fine", coarse_to_fine(graph, *options, watch)?),
+            Self::CoarseToFine(options) => {
+                ("coarse-to-fine", coarse_to_fine(graph, *options, watch)?)
+            }
             Self::DiffuseAndNormalise(options) => (
                 "diffuse-and-normalise",
                 diffuse_and_normalise(graph, options, watch)?,
@@ -198,10 +200,16 @@ impl Minimizer {
                 vec![("first τ", options.first), ("last τ", options.last)]
             }
             Self::Newton(options) => {
-                vec![("penalty", options.penalty), ("tolerance", options.tolerance)]
+                vec![
+                    ("penalty", options.penalty),
+                    ("tolerance", options.tolerance),
+                ]
             }
         };
-        match numbers.into_iter().find(|(_, value)| !positive.contains(value)) {
+        match numbers
+            .into_iter()
+            .find(|(_, value)| !positive.contains(value))
+        {
             Some((name, value)) => Err(PeriodicError::Option {
                 name,
                 value,

@@ -215,7 +215,11 @@ fn root_mean_square(numbers: &[f64]) -> f64 {
 
 /// Scales the values of each component to mean square 1.
 fn scale_components(components: &[u32], masses: &[f64], values: &mut [DVec2]) {
-    let count = components.iter().map(|&c| c as usize + 1).max().unwrap_or(0);
+    let count = components
+        .iter()
+        .map(|&c| c as usize + 1)
+        .max()
+        .unwrap_or(0);
     let mut sums = vec![[0.0; 2]; count];
     for ((&component, mass), value) in components.iter().zip(masses).zip(&*values) {
         let sum = &mut sums[component as usize];

@@ -44,9 +44,7 @@ pub enum PeriodicError {
         value: f64,
     },
     /// Charts so small that an edge crosses more of them than coordinates can count.
-    #[error(
-        "an edge is {charts:e} charts long, more than coordinates can count ({limit:e})"
-    )]
+    #[error("an edge is {charts:e} charts long, more than coordinates can count ({limit:e})")]
     ChartsTooSmall {
         /// The longest edge in charts.
         charts: f64,

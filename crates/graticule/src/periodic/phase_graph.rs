@@ -236,7 +236,9 @@ impl PhaseGraph {
         for node in 0..self.count() {
             self.relax_unit(node, values);
         }
-        let moves = (0..self.count()).rev().map(|node| self.relax_unit(node, values));
+        let moves = (0..self.count())
+            .rev()
+            .map(|node| self.relax_unit(node, values));
         moves.sum::<f64>() / self.count().max(1) as f64
     }
 

@@ -1,5 +1,3 @@
-use std::f64::consts::{PI, TAU};
-
 use super::Transition;
 use super::unroll::{FaceKind, VertexFrames};
 use crate::mesh::{EdgeId, FaceId, PerFace, TriangleMesh, VertexId};
@@ -61,19 +59,35 @@ fn is_singular_vertex(
     kinds: &PerFace<FaceKind>,
     vertex: VertexId,
 ) -> bool {
-    let walk = mesh.outgoing(vertex).map(|corner| frames.jump(mesh, corner.next()));
+    let mut star = mesh.outgoing(vertex);
+    if star.all(|corner| kinds[corner.face()].closes()) {
+        // Then the walk round the neighbours closes, too.
+        return winding(mesh, frames, vertex) != 1;
+    }
+    let walk = mesh
+        .outgoing(vertex)
+        .map(|corner| frames.jump(mesh, corner.next()));
     // Each jump leads back along its edge: the walk's last comes first.
     let round = walk.fold(Transition::identity(), |later, jump| jump.then(later));
-    if !round.is_identity() {
-        return true;
-    }
-    if mesh.outgoing(vertex).any(|corner| !kinds[corner.face()].closes()) {
-        return false;
-    }
-    let angles = mesh.outgoing(vertex).map(|corner| {
-        let corners = frames.corners(mesh, corner.face());
-        let [own, next, last] = [0, 1, 2].map(|k| corners[(corner.side() + k) % 3]);
-        (next - own).angle_to(last - own)
+    !round.is_identity()
+}
+
+/// How often the neighbours wind round a vertex: the sum of its angles over 2π, counted where the
+/// sides of triangles pass one direction.
+fn winding(mesh: &TriangleMesh, frames: &VertexFrames, vertex: VertexId) -> i32 {
+    let own = frames.coordinates[vertex];
+    let passes = mesh.outgoing(vertex).map(|corner| {
+        let back = corner.previous();
+        let next = frames.jump(mesh, corner);
+        let next = next.apply(frames.coordinates[mesh.destination(corner)]) - own;
+        let last = frames.jump(mesh, back).inverse();
+        let last = last.apply(frames.coordinates[mesh.origin(back)]) - own;
+        let turn = next.perp_dot(last);
+        match (next.y < 0.0, last.y < 0.0) {
+            (true, false) if turn > 0.0 => 1,
+            (false, true) if turn < 0.0 => -1,
+            _ => 0,
+        }
     });
-    (angles.sum::<f64>() - TAU).abs() > PI
+    passes.sum()
 }

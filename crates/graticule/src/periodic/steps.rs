@@ -84,8 +84,8 @@ pub fn edge_steps(
         let (rotation, steps) = symmetry.reduce(difference);
         let at_origin = triangulation.direction(halfedge) - field.angle(i);
         let half = 0.5 * triangulation.edge_length(edge);
-        let delta = polar(half * density[i], at_origin)
-            + polar(half * density[j], at_origin - rotation);
+        let delta =
+            polar(half * density[i], at_origin) + polar(half * density[j], at_origin - rotation);
         EdgeStep {
             turn: QuarterTurn::of_quarters(-steps * quarters),
             delta,

@@ -33,6 +33,14 @@ pub(super) struct Untangling<'a> {
     pub(super) kinds: &'a PerFace<FaceKind>,
 }
 
+/// A triangle at the size that it should have, in periods.
+#[derive(Clone, Copy)]
+struct Wanted {
+    /// The gradients of the corners' hat functions.
+    gradients: [DVec2; 3],
+    area: f64,
+}
+
 impl Untangling<'_> {
     /// Turns over triangles that are inverted or nearly so, by moving the vertices about them one
     /// after the other with all integers kept: each goes to the minimum of a distortion of its
@@ -40,15 +48,12 @@ impl Untangling<'_> {
     /// (V. Garanzha et al., *Foldover-free maps in 50 lines of code*, 2021).
     ///
     /// Triangles that do not close have no say. Returns the number of vertices that took part.
-    pub(super) fn run(
-        &self,
-        frames: &mut VertexFrames,
-        watch: &Watch,
-    ) -> Result<usize, Stopped> {
+    pub(super) fn run(&self, frames: &mut VertexFrames, watch: &Watch) -> Result<usize, Stopped> {
         let _stage = watch.stage("untangling");
-        let faces = PerFace::from_fn(self.mesh.face_count(), |face| self.gradients(face));
+        let faces = PerFace::from_fn(self.mesh.face_count(), |face| self.wanted(face));
         let mut all = 0;
         let mut moving = Vec::new();
+        let mut candidates: Vec<FaceId> = self.mesh.faces().collect();
         for pass in 0..PASSES {
             watch.check()?;
             watch.progress(pass as f64 / PASSES as f64);
@@ -58,7 +63,8 @@ impl Untangling<'_> {
                 } else {
                     0.0
                 };
-                moving = self.about_bad_faces(&faces, least, frames);
+                moving = self.about_bad_faces(&faces, &candidates, least, frames);
+                candidates = self.faces_about(&moving);
                 all = all.max(moving.len());
             }
             let largest = moving
@@ -73,9 +79,8 @@ impl Untangling<'_> {
         Ok(all)
     }
 
-    /// The gradients of the corners' hat functions, in the unit of the periods wanted there; `None`
-    /// where a triangle has no say.
-    fn gradients(&self, face: FaceId) -> Option<([DVec2; 3], f64)> {
+    /// The triangle at the size wanted; `None` where it has no say.
+    fn wanted(&self, face: FaceId) -> Option<Wanted> {
         if !self.kinds[face].closes() {
             return None;
         }
@@ -83,28 +88,42 @@ impl Untangling<'_> {
         let vertices = self.mesh.triangle(face);
         let density = vertices.iter().map(|&v| self.density[v]).sum::<f64>() / 3.0;
         let gradients = source.corner_gradients().map(|gradient| gradient / density);
-        Some((gradients, source.area() * density * density))
+        let area = source.area() * density * density;
+        Some(Wanted { gradients, area })
     }
 
-    /// The vertices about triangles whose area is not above `least` of the one wanted.
+    /// The triangles of these vertices, in order.
+    fn faces_about(&self, vertices: &[VertexId]) -> Vec<FaceId> {
+        let corners = vertices.iter().flat_map(|&vertex| self.mesh.outgoing(vertex));
+        let mut faces: Vec<FaceId> = corners.map(HalfedgeId::face).collect();
+        faces.sort_unstable();
+        faces.dedup();
+        faces
+    }
+
+    /// The vertices about those triangles whose area is not above `least` of the one wanted.
     fn about_bad_faces(
         &self,
-        faces: &PerFace<Option<([DVec2; 3], f64)>>,
+        faces: &PerFace<Option<Wanted>>,
+        candidates: &[FaceId],
         least: f64,
         frames: &VertexFrames,
     ) -> Vec<VertexId> {
         let is_bad = |face: &FaceId| {
-            faces[*face].is_some_and(|(gradients, _)| {
+            faces[*face].is_some_and(|Wanted { gradients, .. }| {
                 let corners = frames.corners(self.mesh, *face);
                 let rows = (0..3).fold([DVec2::ZERO; 2], |[u, v], k| {
-                    [u + gradients[k] * corners[k].x, v + gradients[k] * corners[k].y]
+                    [
+                        u + gradients[k] * corners[k].x,
+                        v + gradients[k] * corners[k].y,
+                    ]
                 });
                 // Not `<=`: what is not a number is bad.
                 let is_good = rows[0].perp_dot(rows[1]) > least;
                 !is_good
             })
         };
-        let bad = self.mesh.faces().filter(is_bad);
+        let bad = candidates.iter().copied().filter(is_bad);
         let mut found: Vec<VertexId> = bad.flat_map(|face| self.mesh.triangle(face)).collect();
         for _ in 1..RINGS {
             let around = found.iter().flat_map(|&vertex| self.mesh.neighbors(vertex));
@@ -120,7 +139,7 @@ impl Untangling<'_> {
     fn relax(
         &self,
         vertex: VertexId,
-        faces: &PerFace<Option<([DVec2; 3], f64)>>,
+        faces: &PerFace<Option<Wanted>>,
         frames: &mut VertexFrames,
     ) -> f64 {
         let corners = self.mesh.outgoing(vertex);
@@ -128,9 +147,16 @@ impl Untangling<'_> {
             .filter_map(|corner| self.corner(corner, faces, frames))
             .collect();
         let place = frames.coordinates[vertex];
-        let worst = star.iter().map(|corner| corner.determinant(place)).fold(1.0, f64::min);
+        let worst = star
+            .iter()
+            .map(|corner| corner.determinant(place))
+            .fold(1.0, f64::min);
         let softness = (SHARPEST * SHARPEST + 0.04 * worst.min(0.0).powi(2)).sqrt();
-        let at = |place| star.iter().map(|c| c.energy(place, softness)).sum::<Taylor>();
+        let at = |place| {
+            star.iter()
+                .map(|c| c.energy(place, softness))
+                .sum::<Taylor>()
+        };
         let before = at(place);
         let mut step = before.newton_step(self.whole[vertex]);
         while step.length() > AT_REST {
@@ -146,10 +172,10 @@ impl Untangling<'_> {
     fn corner(
         &self,
         corner: HalfedgeId,
-        faces: &PerFace<Option<([DVec2; 3], f64)>>,
+        faces: &PerFace<Option<Wanted>>,
         frames: &VertexFrames,
     ) -> Option<Corner> {
-        let (gradients, area) = faces[corner.face()]?;
+        let Wanted { gradients, area } = faces[corner.face()]?;
         let [own, next, last] = [0, 1, 2].map(|k| gradients[(corner.side() + k) % 3]);
         let place = |halfedge: HalfedgeId| frames.coordinates[self.mesh.origin(halfedge)];
         let to_next = frames.jump(self.mesh, corner);
@@ -262,5 +288,51 @@ impl Taylor {
                 if step.is_finite() { step } else { DVec2::ZERO }
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use graticule_fixtures::Noise;
+
+    #[test]
+    fn derivatives_agree_with_differences() {
+        let mut noise = Noise::new(3);
+        let mut vector = || DVec2::new(noise.signed(), noise.signed());
+        for _ in 0..40 {
+            let corner = Corner {
+                gradient: vector(),
+                rest: [vector(), vector()],
+                area: 1.3,
+            };
+            let (place, softness, step) = (vector(), 0.3, 1e-5);
+            let at = corner.energy(place, softness);
+            for axis in [DVec2::X, DVec2::Y] {
+                let [after, before] =
+                    [1.0, -1.0].map(|sign| corner.energy(place + axis * (sign * step), softness));
+                let slope = (after.value - before.value) / (2.0 * step);
+                let scale = at.value + at.slope.length();
+                assert!((slope - at.slope.dot(axis)).abs() < 1e-5 * scale.max(1.0));
+                let bend = (after.slope - before.slope) / (2.0 * step);
+                let size = at.bend.x_axis.length() + at.bend.y_axis.length();
+                assert!(bend.distance(at.bend * axis) < 1e-4 * size.max(1.0));
+            }
+        }
+    }
+
+    #[test]
+    fn an_isometry_has_the_least_energy() {
+        let corner = Corner {
+            gradient: DVec2::new(-1.0, -1.0),
+            rest: [DVec2::X, DVec2::Y],
+            area: 0.5,
+        };
+        let at = corner.energy(DVec2::ZERO, SHARPEST);
+        assert!(
+            (at.value - 1.0).abs() < 1e-3 && at.slope.length() < 1e-3,
+            "{}",
+            at.value
+        );
     }
 }

@@ -62,7 +62,7 @@ pub(crate) struct Options {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "kebab-case")]
-enum Boundary {
+pub(crate) enum Boundary {
     /// Not at all
     Free,
     /// As far as the curvature agrees, with ten times its weight
@@ -119,26 +119,30 @@ fn parse_order(text: &str) -> Result<u32, String> {
 }
 
 /// A number that `is_good`, or what it should have been.
-fn parse_number(text: &str, is_good: impl Fn(f64) -> bool, wanted: &str) -> Result<f64, String> {
+pub(crate) fn parse_number(
+    text: &str,
+    is_good: impl Fn(f64) -> bool,
+    wanted: &str,
+) -> Result<f64, String> {
     let number = text.parse().ok();
     number
         .filter(|&number| is_good(number))
         .ok_or_else(|| format!("must be {wanted}"))
 }
 
-fn parse_share(text: &str) -> Result<f64, String> {
+pub(crate) fn parse_share(text: &str) -> Result<f64, String> {
     parse_number(text, |x| (0.0..1.0).contains(&x), "from 0 to below 1")
 }
 
-fn parse_degrees(text: &str) -> Result<f64, String> {
+pub(crate) fn parse_degrees(text: &str) -> Result<f64, String> {
     parse_number(text, |x| x > 0.0 && x <= 180.0, "above 0 and at most 180")
 }
 
-fn parse_length(text: &str) -> Result<f64, String> {
+pub(crate) fn parse_length(text: &str) -> Result<f64, String> {
     parse_number(text, |x| (0.0..=1e6).contains(&x), "from 0 to 1e6")
 }
 
-fn parse_factor(text: &str) -> Result<f64, String> {
+pub(crate) fn parse_factor(text: &str) -> Result<f64, String> {
     parse_number(text, |x| (1.0..=1e9).contains(&x), "from 1 to 1e9")
 }
 
