@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 use serde::Serialize;
 
-use crate::commands::{cite, demo, field, flatten, info, measure, remesh, repair};
+use crate::commands::{cite, demo, field, flatten, info, measure, parameterize, remesh, repair};
 
 /// Flattens patches of surface meshes, measures the maps, computes cross fields, and makes meshes of
 /// quads.
@@ -76,6 +76,8 @@ pub(crate) enum Command {
     Flatten(flatten::Options),
     /// Compute a smooth field of crosses, lines or vectors and its singularities
     Field(field::Options),
+    /// Cover a surface with periodic coordinates that follow a cross field
+    Parameterize(parameterize::Options),
     /// Make a mesh of quads that follows the shape
     Remesh(remesh::Options),
     /// Measure the distortion of any mesh with texture coordinates

@@ -6,6 +6,7 @@ mod arguments;
 mod commands;
 mod console;
 mod failure;
+mod field_arguments;
 mod mask;
 mod mesh_input;
 mod mesh_output;
@@ -26,7 +27,7 @@ use std::sync::Arc;
 use clap::Parser;
 
 use arguments::{Arguments, Command};
-use commands::{cite, demo, field, flatten, info, measure, remesh, repair};
+use commands::{cite, demo, field, flatten, info, measure, parameterize, remesh, repair};
 use console::Console;
 use failure::Failure;
 use session::Session;
@@ -68,6 +69,7 @@ fn run_command(command: &Command, session: &Session) -> Result<(), Failure> {
         Command::Repair(options) => repair::run(options, session),
         Command::Flatten(options) => flatten::run(options, session),
         Command::Field(options) => field::run(options, session),
+        Command::Parameterize(options) => parameterize::run(options, session),
         Command::Remesh(options) => remesh::run(options, session),
         Command::Measure(options) => measure::run(options, session),
         Command::Cite(options) => cite::run(options, session),

@@ -2,7 +2,8 @@
 
 use glam::DVec2;
 use graticule::mesh::{
-    CornerAttribute, HalfedgeId, NO_VALUE, PerCorner, PerVertex, PolygonSoup, Repaired, VertexId,
+    CornerAttribute, HalfedgeId, NO_VALUE, PerCorner, PerVertex, PolygonSoup, Repaired,
+    TriangleMesh, VertexId,
 };
 
 /// The texture coordinates that a set of the file gives to the corners of the surface.
@@ -26,40 +27,15 @@ pub(crate) fn put_into(
     uvs: &PerVertex<DVec2>,
     uv_of_vertex: impl Fn(VertexId) -> u32,
 ) -> PolygonSoup {
-    if !repaired.changes.keep_polygons() {
-        // Its vertices are those of the surface.
-        let soup = repaired.to_soup(&soup);
-        let vertices = soup.polygons.corner_vertices().iter();
-        let corner_values = vertices
-            .map(|&vertex| uv_of_vertex(VertexId(vertex)))
-            .collect();
-        return with_first_set(soup, uvs, corner_values);
-    }
     let mesh = repaired.surface.mesh();
-    put_corners_into(soup, repaired, uvs, |corner| {
+    let uv_of_corner = PerCorner::from_fn(mesh.halfedge_count(), |corner| {
         uv_of_vertex(mesh.origin(corner))
-    })
-}
-
-/// The same for a mesh whose polygons repair keeps, and coordinates told for each corner of the
-/// repaired surface.
-pub(crate) fn put_corners_into(
-    soup: PolygonSoup,
-    repaired: &Repaired,
-    uvs: &PerVertex<DVec2>,
-    uv_of_corner: impl Fn(HalfedgeId) -> u32,
-) -> PolygonSoup {
-    let corners = repaired.mesh_corners(&soup).into_iter();
-    let corner_values = corners.map(|corner| match corner {
-        NO_VALUE => NO_VALUE,
-        corner => uv_of_corner(HalfedgeId(corner)),
     });
-    let corner_values = corner_values.collect();
-    with_first_set(soup, uvs, corner_values)
+    put_at_corners(soup, repaired, uvs.as_slice().to_vec(), &uv_of_corner)
 }
 
-/// As [`put_into`], where corners of one vertex may have different coordinates: `uv_of_corner`
-/// says which of `uvs` each corner of the repaired surface has, or [`NO_VALUE`].
+/// The same where corners of one vertex may have different coordinates: `uv_of_corner` says which
+/// of `uvs` each corner of the repaired surface has, or [`NO_VALUE`].
 pub(crate) fn put_at_corners(
     soup: PolygonSoup,
     repaired: &Repaired,
@@ -67,12 +43,11 @@ pub(crate) fn put_at_corners(
     uv_of_corner: &PerCorner<u32>,
 ) -> PolygonSoup {
     let value = |corner: Option<HalfedgeId>| corner.map_or(NO_VALUE, |corner| uv_of_corner[corner]);
-    let uvs = PerVertex::new(uvs);
     if repaired.changes.keep_polygons() {
         let corners = repaired.mesh_corners(&soup).into_iter();
         let corners = corners.map(|corner| (corner != NO_VALUE).then_some(HalfedgeId(corner)));
         let corner_values = corners.map(value).collect();
-        return with_first_set(soup, &uvs, corner_values);
+        return with_first_set(soup, uvs, corner_values);
     }
     let soup = repaired.to_soup(&soup);
     let mesh = repaired.surface.mesh();
@@ -84,19 +59,40 @@ pub(crate) fn put_at_corners(
             corner_values.push(value(sides.find(|&side| mesh.destination(side) == next)));
         }
     }
-    with_first_set(soup, &uvs, corner_values)
+    with_first_set(soup, uvs, corner_values)
+}
+
+/// The different coordinates at the corners of each vertex, and which of them each corner has.
+pub(crate) fn distinct_at_vertices(
+    mesh: &TriangleMesh,
+    uvs: &PerCorner<DVec2>,
+) -> (Vec<DVec2>, PerCorner<u32>) {
+    let mut values: Vec<DVec2> = Vec::new();
+    let mut value_of_corner = PerCorner::filled(mesh.halfedge_count(), NO_VALUE);
+    for vertex in mesh.vertices() {
+        let first = values.len();
+        for corner in mesh.outgoing(vertex) {
+            let mut known = values[first..].iter();
+            let place = known.position(|value| *value == uvs[corner]);
+            value_of_corner[corner] = place.map_or(values.len(), |place| first + place) as u32;
+            if place.is_none() {
+                values.push(uvs[corner]);
+            }
+        }
+    }
+    (values, value_of_corner)
 }
 
 fn with_first_set(
     mut soup: PolygonSoup,
-    uvs: &PerVertex<DVec2>,
+    values: Vec<DVec2>,
     corner_values: Vec<u32>,
 ) -> PolygonSoup {
     let sets = &mut soup.attributes.uv_sets;
     let name = sets.first().map(|set| set.name.clone()).unwrap_or_default();
     let set = CornerAttribute {
         name,
-        values: uvs.as_slice().to_vec(),
+        values,
         corner_values,
     };
     match sets.first_mut() {

@@ -37,6 +37,7 @@ mod checker;
 mod color;
 mod error;
 mod figure;
+mod iso_lines;
 mod legend;
 mod normals;
 mod painter;
@@ -55,6 +56,7 @@ pub use checker::{CheckerStyle, Squares, fitting_checker_side};
 pub use color::{Color, ColorMap};
 pub use error::{DrawError, MAX_SIDE};
 pub use figure::{Figure, Values};
+pub use iso_lines::{IsoLineStyle, iso_lines};
 pub use scale::{ColorScale, Range};
 pub use scene::{
     Checker, Eye, Layer, Legend, Lines, Paint, Panel, Picture, Points, Shading, Triangles,

@@ -427,3 +427,10 @@ pub const FAIR_COUNT_ROUNDS: usize = 4;
 /// Coordinates of a net are rounded to 2^-32 of a line spacing; triangles of a thousandth of a cell
 /// keep their orientation with a wide margin.
 pub const FLAT_IN_NET: f64 = 1e-5;
+
+/// Area of a triangle in periodic coordinates, over the area wanted, below which it counts as nearly
+/// inverted and is untangled.
+///
+/// At a half a triangle is squeezed as no field without singularities asks for; a few such triangles
+/// rule the L² stretch of a whole map.
+pub const NEARLY_INVERTED: f64 = 0.5;

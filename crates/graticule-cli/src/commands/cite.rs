@@ -31,6 +31,7 @@ enum Cited {
     Field,
     Flatten,
     Measure,
+    Parameterize,
 }
 
 /// How to print a paper.
@@ -54,7 +55,7 @@ const PAPERS: [(&[Cited], Paper); 10] = [
     (&[Cited::Demo, Cited::Flatten, Cited::Measure], SSGH01),
     (&[Cited::Demo, Cited::Flatten, Cited::Measure], HG00),
     (&[Cited::Demo, Cited::Flatten, Cited::Measure], SS15),
-    (&[Cited::Field], PGP06),
+    (&[Cited::Field, Cited::Parameterize], PGP06),
 ];
 
 /// Prints the papers.

@@ -6,5 +6,6 @@ pub(crate) mod field;
 pub(crate) mod flatten;
 pub(crate) mod info;
 pub(crate) mod measure;
+pub(crate) mod parameterize;
 pub(crate) mod remesh;
 pub(crate) mod repair;

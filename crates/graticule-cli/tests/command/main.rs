@@ -8,6 +8,7 @@ mod field;
 mod flatten;
 mod info;
 mod measure;
+mod parameterize;
 mod remesh;
 mod repair;
 mod streams;

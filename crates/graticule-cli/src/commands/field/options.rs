@@ -80,7 +80,7 @@ pub(crate) struct Options {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "kebab-case")]
-enum Boundary {
+pub(crate) enum Boundary {
     /// Not at all
     Free,
     /// As far as the curvature agrees, with ten times its weight
@@ -148,14 +148,18 @@ fn parse_order(text: &str) -> Result<u32, String> {
 }
 
 /// A number that `is_good`, or what it should have been.
-fn parse_number(text: &str, is_good: impl Fn(f64) -> bool, wanted: &str) -> Result<f64, String> {
+pub(crate) fn parse_number(
+    text: &str,
+    is_good: impl Fn(f64) -> bool,
+    wanted: &str,
+) -> Result<f64, String> {
     let number = text.parse().ok();
     number
         .filter(|&number| is_good(number))
         .ok_or_else(|| format!("must be {wanted}"))
 }
 
-fn parse_share(text: &str) -> Result<f64, String> {
+pub(crate) fn parse_share(text: &str) -> Result<f64, String> {
     parse_number(text, |x| (0.0..1.0).contains(&x), "from 0 to below 1")
 }
 
@@ -174,11 +178,11 @@ fn parse_move(text: &str) -> Result<(u32, u32), String> {
     parse_pair(text).ok_or_else(|| "must be the numbers of two polygons, as 7:12".into())
 }
 
-fn parse_degrees(text: &str) -> Result<f64, String> {
+pub(crate) fn parse_degrees(text: &str) -> Result<f64, String> {
     parse_number(text, |x| x > 0.0 && x <= 180.0, "above 0 and at most 180")
 }
 
-fn parse_length(text: &str) -> Result<f64, String> {
+pub(crate) fn parse_length(text: &str) -> Result<f64, String> {
     parse_number(text, |x| (0.0..=1e6).contains(&x), "from 0 to 1e6")
 }
 
@@ -190,7 +194,7 @@ fn parse_size(text: &str) -> Result<f64, String> {
     )
 }
 
-fn parse_factor(text: &str) -> Result<f64, String> {
+pub(crate) fn parse_factor(text: &str) -> Result<f64, String> {
     parse_number(text, |x| (1.0..=1e9).contains(&x), "from 1 to 1e9")
 }
 

@@ -86,11 +86,15 @@ pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {
         outcome.picture = Some(format.encode(&picture.map_err(at_input)?));
     }
     let soup = match &made.cut {
-        Some(cut) => uvs::put_corners_into(input.soup, &repaired, &uv, |corner| {
-            piece
-                .corner(corner)
-                .map_or(NO_VALUE, |corner| cut[corner].0)
-        }),
+        Some(cut) => {
+            let at_corner = |corner| {
+                let own = piece.corner(corner);
+                own.map_or(NO_VALUE, |corner| cut[corner].0)
+            };
+            let corners = repaired.surface.mesh().halfedge_count();
+            let uv_of_corner = PerCorner::from_fn(corners, at_corner);
+            uvs::put_at_corners(input.soup, &repaired, uv.into_vec(), &uv_of_corner)
+        }
         None => uvs::put_into(input.soup, &repaired, &uv, |vertex| {
             piece.vertex(vertex).map_or(NO_VALUE, |vertex| vertex.0)
         }),

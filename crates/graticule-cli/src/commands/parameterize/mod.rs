@@ -1,0 +1,74 @@
+//! `graticule parameterize`: periodic coordinates that follow a cross field.
+
+mod options;
+mod output;
+mod picture;
+mod table;
+
+use graticule::field::{FieldResult, cross_field, feature_edges};
+use graticule::mesh::{Repaired, Surface};
+use graticule::periodic::{Parameterization, parameterize};
+
+use crate::failure::Failure;
+use crate::mesh_input::{Input, repair_to_report};
+use crate::outcome::Outcome;
+use crate::report::{Report, to_value};
+use crate::session::Session;
+use crate::uvs;
+
+pub(crate) use options::Options;
+
+/// Reads, repairs, computes field and coordinates, draws, writes.
+pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {
+    let plan = options.check(&session.common)?;
+    let input = Input::read(&options.mesh, session)?;
+    let mut outcome = Outcome::of(Report::new(
+        "parameterize",
+        session.options_to_report(options)?,
+    ));
+    outcome.report.input = input.to_report();
+    let repaired = input.repaired_on_the_way(options.repair_options(), session)?;
+    outcome.report.repair = repair_to_report(&repaired.changes)?;
+    let found = Found::of(options, &repaired, session)
+        .map_err(|failure| failure.at(input.path.display()))?;
+    outcome.report.result = to_value(&found.map.report)?;
+    outcome.report.result["field"] = to_value(&found.field.report)?;
+    outcome.remarks = table::table(&found.map).to_string();
+    if let Some(format) = plan.picture_format() {
+        let _stage = session.watch.stage("draw");
+        let picture = picture::picture(&repaired.surface, &found.map)?;
+        outcome.picture = Some(format.encode(&picture));
+    }
+    if let Some(path) = &options.integers {
+        let text = output::integers(&repaired, &found.map)?;
+        outcome.files.push((path.clone(), text.into_bytes()));
+    }
+    let coordinates = output::polygon_coordinates(&repaired, &found.map);
+    let (values, value_of_corner) =
+        uvs::distinct_at_vertices(repaired.surface.mesh(), &coordinates);
+    let soup = uvs::put_at_corners(input.soup, &repaired, values, &value_of_corner);
+    outcome.mesh = Some(soup);
+    plan.finish(session, outcome)
+}
+
+/// Coordinates with the field that they follow.
+struct Found {
+    field: FieldResult,
+    map: Parameterization,
+}
+
+impl Found {
+    fn of(options: &Options, repaired: &Repaired, session: &Session) -> Result<Self, Failure> {
+        let surface: &Surface = &repaired.surface;
+        let seed = session.common.seed;
+        let wanted = options.field_options(seed);
+        let field = cross_field(surface, &wanted, &session.watch)?;
+        let mut options = options.parameterize_options(seed);
+        if let Some(dihedral) = wanted.features.dihedral {
+            options.features = feature_edges(surface, dihedral, wanted.features.least_edges);
+        }
+        let scale = field.scale.as_ref();
+        let map = parameterize(surface, &field.field, scale, &options, &session.watch)?;
+        Ok(Self { field, map })
+    }
+}
