@@ -1,5 +1,7 @@
 //! The smoothest angles for given jumps: least squares, without any choice of branch left.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use super::matching::Matching;
@@ -89,12 +91,14 @@ impl<'a> AngleFit<'a> {
                 run.solve(angles, 1.0)?;
             }
         }
-        for round in 0..stiffened_solves {
+        let mut guided = 1.0;
+        for _ in 0..stiffened_solves {
             if !run.stiffen(angles) {
                 break;
             }
+            run.solve(angles, guided)?;
             // Guidance lets go little by little: it may be what turns the edges.
-            run.solve(angles, 0.5_f64.powi(round as i32))?;
+            guided /= 2.0;
         }
         Ok(())
     }
@@ -131,22 +135,21 @@ struct Run<'a> {
     matching: &'a Matching,
     free: &'a [VertexId],
     edges: Vec<(EdgeId, f64)>,
-    symbolic: Option<std::sync::Arc<Symbolic>>,
+    symbolic: Option<Arc<Symbolic>>,
 }
 
 impl Run<'_> {
     /// One linear solve, guidance with this share of its weight.
     fn solve(&mut self, angles: &mut PerVertex<f64>, guided: f64) -> Result<(), FieldError> {
         let (matrix, side) = self.system(angles, guided)?;
-        let symbolic = match &self.symbolic {
-            Some(symbolic) => std::sync::Arc::clone(symbolic),
-            None => {
-                let positions = self.fit.domain.surface().positions();
-                let points: Vec<DVec3> = self.free.iter().map(|&v| positions[v]).collect();
-                let ordering = Placement::at(&points).ordering(matrix.lower().pattern())?;
-                let symbolic = Symbolic::new(&matrix, &ordering)?;
-                self.symbolic.insert(symbolic).clone()
-            }
+        let symbolic = if let Some(symbolic) = &self.symbolic {
+            Arc::clone(symbolic)
+        } else {
+            let positions = self.fit.domain.surface().positions();
+            let points: Vec<DVec3> = self.free.iter().map(|&v| positions[v]).collect();
+            let ordering = Placement::at(&points).ordering(matrix.lower().pattern())?;
+            let symbolic = Symbolic::new(&matrix, &ordering)?;
+            Arc::clone(self.symbolic.insert(symbolic))
         };
         let solution = Cholesky::factor(&symbolic, &matrix)?.solve(&side)?;
         for (&vertex, angle) in self.free.iter().zip(solution.values) {

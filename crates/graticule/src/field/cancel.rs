@@ -46,15 +46,15 @@ impl FieldDomain<'_> {
     /// [`FieldError`].
     pub fn cancel_close_pairs(
         &self,
-        field: CrossField,
+        field: &CrossField,
         guidance: &Guidance,
         options: &CancelOptions,
         watch: &Watch,
     ) -> Result<(CrossField, Cancellation), FieldError> {
         let _stage = watch.stage("cancelling pairs");
-        let before = self.singularities(&field).count();
+        let before = self.singularities(field).count();
         let graph = EdgeGraph::of(self.surface());
-        let mut run = Canceller::new(self, &field, guidance, options, &graph);
+        let mut run = Canceller::new(self, field, guidance, options, &graph);
         loop {
             let pairs = run.untried_pairs();
             if pairs.is_empty() {
@@ -318,7 +318,7 @@ mod tests {
         };
         let guidance = Guidance::none(Symmetry::Cross, surface.mesh().vertex_count());
         let (after, report) = domain
-            .cancel_close_pairs(before.clone(), &guidance, &options, &Watch::new())
+            .cancel_close_pairs(&before, &guidance, &options, &Watch::new())
             .unwrap();
         let found = [&before, &after].map(|field| domain.singularities(field));
         assert_eq!(report.singularities_before, found[0].count());

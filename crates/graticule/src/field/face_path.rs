@@ -55,7 +55,7 @@ impl<'a> FacePathFinder<'a> {
         let mut found = None;
         while let Some(Reached { length, end }) = self.heap.pop() {
             match end {
-                End::Face(face) if length > self.best[face.index()] => continue,
+                End::Face(face) if length > self.best[face.index()] => {}
                 _ if is_end(end) => {
                     found = Some((end, length));
                     break;

@@ -339,7 +339,9 @@ mod tests {
         list[0] = (to.0, 1);
         list.sort_unstable();
         assert_eq!(found(&after), list);
-        let regular = (0..).map(FaceId).find(|f| list.iter().all(|s| s.0 != f.0));
+        let regular = (0..100)
+            .map(FaceId)
+            .find(|f| list.iter().all(|s| s.0 != f.0));
         let nothing = SingularityPlan::Moved(vec![[regular.unwrap(), to]]);
         assert!(matches!(
             with_plan(&sphere, Symmetry::Cross, nothing),

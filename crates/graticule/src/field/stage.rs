@@ -242,7 +242,7 @@ impl Ground<'_> {
         };
         let found = self
             .domain
-            .cancel_close_pairs(field, guidance, &cancel, watch)?;
+            .cancel_close_pairs(&field, guidance, &cancel, watch)?;
         Ok((found.0, Some(found.1)))
     }
 

@@ -7,6 +7,7 @@ use std::f64::consts::PI;
 use glam::{DVec2, DVec3};
 
 use super::curl::matched_headings;
+use super::stroke::parts;
 use super::{CrossField, Symmetry};
 use crate::geometry::{GeometryError, IntrinsicTriangulation, normalized};
 use crate::mesh::{Element, FaceId, HalfedgeId, Surface};
@@ -226,8 +227,8 @@ impl Weaver<'_> {
     fn begin_in(&mut self, face: FaceId) {
         let shape = self.tracer.triangulation.shape(face);
         let [a, b, c] = shape.corners();
-        let count = (shape.area() / (self.spacing * self.spacing)).ceil();
-        for number in 0..count.clamp(1.0, MOST_SEEDS) as u32 {
+        let seeds = parts(shape.area(), self.spacing * self.spacing, MOST_SEEDS);
+        for number in 0..seeds {
             // Multiples of the plastic number's powers fill the square evenly; folded, the triangle.
             let [mut s, mut t] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2]
                 .map(|step: f64| (1.0 / 3.0 + f64::from(number) * step).fract());
@@ -313,9 +314,7 @@ impl Weaver<'_> {
     /// line is too near.
     fn pass(&mut self, from: Place, to: Place, half: &mut Half) -> bool {
         let length = from.point.distance(to.point);
-        let parts = (length / (NEAREST * self.spacing))
-            .ceil()
-            .clamp(1.0, MOST_SEEDS) as u32;
+        let parts = parts(length, NEAREST * self.spacing, MOST_SEEDS);
         for part in 1..=parts {
             let share = f64::from(part) / f64::from(parts);
             let point = from.point.lerp(to.point, share);

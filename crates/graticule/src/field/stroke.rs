@@ -70,10 +70,9 @@ impl Guidance {
         let mut sums = BTreeMap::<VertexId, DVec2>::new();
         for ends in stroke.points.windows(2) {
             let along = ends[1] - ends[0];
-            let samples = along.length() / (SAMPLING * mean_edge_length);
-            let samples = samples.ceil().clamp(1.0, MOST_SAMPLES);
-            for sample in 0..=samples as u32 {
-                let place = ends[0] + along * (f64::from(sample) / samples);
+            let samples = parts(along.length(), SAMPLING * mean_edge_length, MOST_SAMPLES);
+            for sample in 0..=samples {
+                let place = ends[0] + along * (f64::from(sample) / f64::from(samples));
                 let vertex = nearest(tree, place, STROKE_REACH * mean_edge_length);
                 let wish = vertex.and_then(|v| {
                     at_vertex(self.symmetry(), along, v, planes)
@@ -104,6 +103,13 @@ fn check(number: usize, stroke: &Stroke) -> Result<(), FieldError> {
         }
         _ => Ok(()),
     }
+}
+
+/// Into how many parts of at most `unit` something of this size is to be cut: at least one, at most
+/// `most`.
+#[allow(clippy::cast_sign_loss, reason = "the number is at least one by then")]
+pub(super) fn parts(size: f64, unit: f64, most: f64) -> u32 {
+    (size / unit).ceil().clamp(1.0, most) as u32
 }
 
 /// The vertex nearest to a place, the first of those equally near; `None` if none is within `reach`.
