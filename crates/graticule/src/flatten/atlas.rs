@@ -83,16 +83,12 @@ pub fn lay_flat(
     let cut = cut_along(surface, options.seam.iter().copied())?.surface;
     let topology = Topology::of(cut.mesh());
     let mut draft = Draft {
-        is_seam: PerEdge::filled(surface.mesh().edge_count(), false),
         uncut: PerEdge::filled(surface.mesh().edge_count(), false),
         corners: PerCorner::filled(surface.mesh().halfedge_count(), 0),
         surface,
         options,
         charts: Vec::new(),
     };
-    for &edge in &options.seam {
-        draft.is_seam[edge] = !surface.mesh().is_boundary_edge(edge);
-    }
     for &edge in &options.uncut {
         draft.uncut[edge] = true;
     }
@@ -113,7 +109,6 @@ struct Chart {
 struct Draft<'a> {
     surface: &'a Surface,
     options: &'a AtlasOptions,
-    is_seam: PerEdge<bool>,
     uncut: PerEdge<bool>,
     charts: Vec<Chart>,
     /// The place of each corner among those of all charts.
@@ -156,7 +151,7 @@ impl Draft<'_> {
     }
 
     /// The component cut open as far as the options allow; its triangles keep their numbers.
-    fn opened(&mut self, part: &Submesh, watch: &Watch) -> Result<Surface, FlattenError> {
+    fn opened(&self, part: &Submesh, watch: &Watch) -> Result<Surface, FlattenError> {
         let Some(options) = &self.options.cut else {
             return Ok(part.surface.clone());
         };
@@ -164,9 +159,6 @@ impl Draft<'_> {
         let source = |edge: EdgeId| whole.edge(part.corner_sources[mesh.edge_halfedge(edge)]);
         let may_cut = PerEdge::from_fn(mesh.edge_count(), |edge| !self.uncut[source(edge)]);
         let seam = find_seam(&normalized(&part.surface).0, &may_cut, options, watch)?;
-        for &edge in &seam.edges {
-            self.is_seam[source(edge)] = true;
-        }
         Ok(cut_along(&part.surface, seam.edges)?.surface)
     }
 
@@ -196,6 +188,16 @@ impl Draft<'_> {
         });
     }
 
+    /// Whether the sides of an edge have different places.
+    fn is_seam(&self, edge: EdgeId) -> bool {
+        let mesh = self.surface.mesh();
+        let side = mesh.edge_halfedge(edge);
+        mesh.twin(side).is_some_and(|twin| {
+            self.corners[side] != self.corners[twin.next()]
+                || self.corners[side.next()] != self.corners[twin]
+        })
+    }
+
     fn place_count(&self) -> u32 {
         self.charts
             .iter()
@@ -217,7 +219,7 @@ impl Draft<'_> {
         let places = moved
             .flat_map(|(chart, motion)| chart.places.iter().map(move |&place| motion.apply(place)));
         let mesh = self.surface.mesh();
-        let seam: Vec<EdgeId> = mesh.edges().filter(|&edge| self.is_seam[edge]).collect();
+        let seam: Vec<EdgeId> = mesh.edges().filter(|&edge| self.is_seam(edge)).collect();
         let length = |&edge: &EdgeId| {
             self.surface
                 .halfedge_vector(mesh.edge_halfedge(edge))

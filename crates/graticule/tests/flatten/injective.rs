@@ -89,7 +89,8 @@ fn a_finger_far_too_long_for_convex_combinations_is_laid_down() {
     assert!(smallest.fold(f64::INFINITY, f64::min) < 1e-25);
     let map = free(&patch);
     assert!(map.map.flips.is_zero());
-    assert!(map.energy < 60.0, "{}", map.energy);
+    // A cone of the best slope has about 2 L / √3 = 87 for a length L of 75 radii.
+    assert!(map.energy < 130.0, "{}", map.energy);
 }
 
 #[test]

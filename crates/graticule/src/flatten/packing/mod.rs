@@ -214,7 +214,7 @@ mod tests {
         let (moved, side) = packed(&[rectangle(3.0, 1.0, 0.7)], &options);
         let [low, high] = bounds(&moved[0]);
         assert!(low.length() < 1e-12);
-        assert!(high.max_element() < 2.0 * 2.0_f64.sqrt() + 1e-6);
+        assert!(high.max_element() < 1.01 * 8.0_f64.sqrt());
         assert!(side < 1.02 * high.max_element());
     }
 
