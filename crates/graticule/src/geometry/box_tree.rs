@@ -49,14 +49,9 @@ impl<const D: usize> Bounds<D> {
     /// The squared distance of a point from the box; 0 inside.
     #[inline]
     fn squared_distance(&self, point: &[f64; D]) -> f64 {
-        let mut sum = 0.0;
-        for axis in 0..D {
-            let outside = (self.low[axis] - point[axis])
-                .max(point[axis] - self.high[axis])
-                .max(0.0);
-            sum += outside * outside;
-        }
-        sum
+        let sides = self.low.iter().zip(&self.high).zip(point);
+        let outside = sides.map(|((low, high), x)| (low - x).max(x - high).max(0.0));
+        outside.map(|outside| outside * outside).sum()
     }
 }
 

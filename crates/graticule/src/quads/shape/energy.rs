@@ -160,3 +160,121 @@ impl Derivatives {
         -g / (xx.abs() + yy.abs()).max(f64::MIN_POSITIVE)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The corner of a quad and that of a triangle as functions of the vertex at the corner, and of
+    /// the one after it.
+    fn terms() -> [CornerTerm; 3] {
+        let [after, before] = [DVec3::new(1.1, 0.1, 0.2), DVec3::new(-0.1, 0.8, 0.1)];
+        let normal = DVec3::new(0.1, -0.2, 1.0).normalize();
+        let corner = CornerTerm {
+            out: (after, -1.0),
+            back: (before, -1.0),
+            normal,
+            ratio: 1.7,
+            angle: (0.0, 1.0),
+        };
+        let of_triangle = CornerTerm {
+            ratio: 1.0,
+            angle: (0.5, 0.75_f64.sqrt()),
+            ..corner
+        };
+        let after_it = CornerTerm {
+            out: (DVec3::ZERO, 1.0),
+            back: (before, 0.0),
+            ..corner
+        };
+        [corner, of_triangle, after_it]
+    }
+
+    const DIRECTIONS: [DVec3; 2] = [DVec3::new(0.8, 0.6, 0.0), DVec3::new(0.0, 0.6, 0.8)];
+
+    #[test]
+    fn derivatives_agree_with_differences() {
+        let x = DVec3::new(0.15, -0.1, 0.05);
+        let step = 1e-5;
+        for (term, blur) in terms()
+            .into_iter()
+            .flat_map(|term| [(term, 0.0), (term, 0.3)])
+        {
+            let x = x + term.out.1.max(0.0) * DVec3::X;
+            let exact = term.derivatives(x, blur, DIRECTIONS);
+            assert!((exact.value - term.value(x, blur)).abs() < 1e-12);
+            for (axis, direction) in DIRECTIONS.into_iter().enumerate() {
+                let at =
+                    |share: f64| term.derivatives(x + direction * (share * step), blur, DIRECTIONS);
+                let slope = (at(1.0).value - at(-1.0).value) / (2.0 * step);
+                assert!((slope - exact.gradient[axis]).abs() < 1e-7);
+                if blur == 0.0 {
+                    let bend = (at(1.0).gradient - at(-1.0).gradient) / (2.0 * step);
+                    let [xx, xy, yy] = exact.hessian;
+                    let expected = [DVec2::new(xx, xy), DVec2::new(xy, yy)][axis];
+                    assert!((bend - expected).length() < 1e-6, "{bend} {expected}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_best_corner_has_the_proportions_and_the_angle_wanted() {
+        let [corner, of_triangle, _] = terms();
+        let rectangle = CornerTerm {
+            out: (DVec3::X * 1.7, -1.0),
+            back: (DVec3::Y, -1.0),
+            normal: DVec3::Z,
+            ..corner
+        };
+        assert!((rectangle.value(DVec3::ZERO, 0.0) - 1.0).abs() < 1e-12);
+        assert!((rectangle.mean_ratio(DVec3::ZERO) - 1.0).abs() < 1e-12);
+        let equilateral = CornerTerm {
+            out: (DVec3::X, -1.0),
+            back: (DVec3::new(0.5, 0.75_f64.sqrt(), 0.0), -1.0),
+            normal: DVec3::Z,
+            ..of_triangle
+        };
+        assert!((equilateral.value(DVec3::ZERO, 0.0) - 1.0).abs() < 1e-12);
+        for term in [rectangle, equilateral] {
+            let at_best = term.derivatives(DVec3::ZERO, 0.0, [DVec3::X, DVec3::Y]);
+            assert!(at_best.gradient.length() < 1e-12);
+            assert!(term.value(DVec3::new(0.1, 0.05, 0.0), 0.0) > 1.0);
+        }
+    }
+
+    #[test]
+    fn a_newton_step_finds_the_minimum_of_powers_of_convex_terms() {
+        // The corner between four neighbours at the ends of a cross that is not quite straight.
+        let ends = [[1.0, 0.1], [-0.1, 1.0], [-1.0, 0.0], [0.1, -1.0]];
+        let ends = ends.map(|[x, y]| DVec3::new(x, y, 0.0));
+        let terms: Vec<_> = (0..4)
+            .map(|k| CornerTerm {
+                out: (ends[k], -1.0),
+                back: (ends[(k + 1) % 4], -1.0),
+                normal: DVec3::Z,
+                ratio: 1.0,
+                angle: (0.0, 1.0),
+            })
+            .collect();
+        for power in [1, 6] {
+            let mut x = DVec3::new(0.2, 0.1, 0.0);
+            let at = |x: DVec3| {
+                let terms = terms
+                    .iter()
+                    .map(|term| term.derivatives(x, 0.0, [DVec3::X, DVec3::Y]));
+                sum_of_powers(terms, power)
+            };
+            for _ in 0..12 {
+                x += at(x).newton_step().extend(0.0);
+            }
+            assert!(at(x).gradient.length() < 1e-10);
+            let around = [DVec3::X, DVec3::Y, DVec3::NEG_X, DVec3::NEG_Y];
+            assert!(
+                around
+                    .iter()
+                    .all(|way| at(x + 0.01 * way).value > at(x).value)
+            );
+        }
+    }
+}
