@@ -114,9 +114,9 @@ fn atlas_options(
             SeamArgument::Lines => line_edges(soup, repaired, session),
             SeamArgument::Uv => uv_seams(soup, repaired)?,
         };
-        edges
-            .into_iter()
-            .for_each(|edge| is_seam[edge.0 as usize] = true);
+        for edge in edges {
+            is_seam[edge.0 as usize] = true;
+        }
     }
     if let Some(degrees) = arguments.seam_angle {
         let angles = dihedral_angles(&repaired.surface);

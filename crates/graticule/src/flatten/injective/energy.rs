@@ -163,8 +163,8 @@ impl Expansion {
         let mut entry = 0;
         for row in 0..6 {
             let factor = curvature * mode[row];
-            for column in 0..=row {
-                self.hessian[entry] += factor * mode[column];
+            for other in &mode[..=row] {
+                self.hessian[entry] += factor * other;
                 entry += 1;
             }
         }

@@ -174,7 +174,9 @@ fn finish(
     let triangles = triangles_of(patch, options.energy, watch)?;
     if !fixed.contains(&true) {
         let scale = triangles.best_scale(&places);
-        places.iter_mut().for_each(|place| *place *= scale);
+        for place in &mut places {
+            *place *= scale;
+        }
     }
     let descent = descended(patch, &triangles, &mut places, fixed, options, watch)?;
     if !descent.converged {

@@ -41,7 +41,9 @@ impl Triangles {
         mut weights: Vec<f64>,
     ) -> Self {
         let sum: f64 = weights.iter().sum();
-        weights.iter_mut().for_each(|weight| *weight /= sum);
+        for weight in &mut weights {
+            *weight /= sum;
+        }
         Self {
             energy,
             corners,

@@ -211,7 +211,9 @@ impl Refinement<'_> {
         let mut places: Vec<DVec2> = vertices.iter().map(|&v| self.places[v as usize]).collect();
         let (triangles, points) = self.objective(&vertices, corners);
         let scale = triangles.best_scale(&places);
-        places.iter_mut().for_each(|place| *place *= scale);
+        for place in &mut places {
+            *place *= scale;
+        }
         let fixed = vec![false; points.len()];
         let mut system = NewtonSystem::new(triangles.corners(), &points, fixed)?;
         match self.overlap {

@@ -15,7 +15,7 @@ impl Mask {
     /// them; all in the first quadrant.
     pub(super) fn of(places: &[DVec2], triangles: &[[u32; 3]], margin: f64) -> Self {
         let high = places.iter().fold(DVec2::ZERO, |high, &p| high.max(p)) + margin;
-        let [width, height] = [high.x, high.y].map(|extent| extent.max(0.0) as usize + 1);
+        let [width, height] = [high.x, high.y].map(|extent| cell(extent) + 1);
         let mut mask = Self {
             rows: vec![vec![0; width.div_ceil(BITS)]; height],
             width,
@@ -33,19 +33,25 @@ impl Mask {
             a.y.min(b.y).min(c.y) - margin,
             a.y.max(b.y).max(c.y) + margin,
         ];
-        for row in low.max(0.0) as usize..=(high.max(0.0) as usize).min(self.rows.len() - 1) {
+        for row in cell(low)..=cell(high).min(self.rows.len() - 1) {
             let [bottom, top] = [row as f64 - margin, row as f64 + 1.0 + margin];
             let mut span = [f64::INFINITY, f64::NEG_INFINITY];
             for [p, q] in [[a, b], [b, c], [c, a]] {
                 widen(&mut span, [p, q], [bottom, top]);
             }
             if span[0] <= span[1] {
-                let first = (span[0] - margin).max(0.0) as usize;
-                let last = ((span[1] + margin).max(0.0) as usize).min(self.width - 1);
+                let first = cell(span[0] - margin);
+                let last = cell(span[1] + margin).min(self.width - 1);
                 (first..=last).for_each(|cell| self.rows[row][cell / BITS] |= 1 << (cell % BITS));
             }
         }
     }
+}
+
+/// The cell that holds a coordinate; the first one for those below 0.
+#[expect(clippy::cast_sign_loss, reason = "not below zero")]
+fn cell(coordinate: f64) -> usize {
+    coordinate.max(0.0) as usize
 }
 
 /// Widens the span by the part of a segment that lies between two heights.

@@ -4,7 +4,7 @@
 //! Schröder, Pinkall 2008).
 
 use crate::flatten::FlattenError;
-use crate::geometry::{IntrinsicTriangulation, angle_defects, cotangent_weights};
+use crate::geometry::{IntrinsicTriangulation, TriangleShape, angle_defects, cotangent_weights};
 use crate::mesh::{Element, PerVertex, Surface, TriangleMesh, VertexId};
 use crate::solve::{DirichletSystem, Placement, SolveError, SymmetricMatrix};
 use crate::watch::Watch;
@@ -25,7 +25,7 @@ impl<'a> Tips<'a> {
         if triangulation
             .shapes()
             .iter()
-            .any(|shape| shape.is_degenerate())
+            .any(TriangleShape::is_degenerate)
         {
             triangulation.mollify();
         }
