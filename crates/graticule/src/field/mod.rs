@@ -38,6 +38,7 @@ pub use cancel::{CancelOptions, Cancellation, Triangulations, cancel_close_pairs
 pub use cross_field::CrossField;
 pub use curl::{CurlCorrection, CurlOptions, CurlReport, curl_correction};
 pub use curvature::{CurvatureOptions, PrincipalCurvature, principal_curvatures};
+pub(crate) use diffusion::phase;
 pub use error::FieldError;
 pub use features::feature_edges;
 pub use guidance::{Guidance, Strength};

@@ -94,7 +94,9 @@ impl Untangling<'_> {
 
     /// The triangles of these vertices, in order.
     fn faces_about(&self, vertices: &[VertexId]) -> Vec<FaceId> {
-        let corners = vertices.iter().flat_map(|&vertex| self.mesh.outgoing(vertex));
+        let corners = vertices
+            .iter()
+            .flat_map(|&vertex| self.mesh.outgoing(vertex));
         let mut faces: Vec<FaceId> = corners.map(HalfedgeId::face).collect();
         faces.sort_unstable();
         faces.dedup();
