@@ -259,7 +259,7 @@ fn relative_residual(matrix: &HermitianMatrix, solution: &[c64], side: &[c64]) -
 
 /// Phases that neighbours do not share, the same on every machine: a hash of vertex and seed
 /// (S. Vigna's `SplitMix64`).
-fn phase(vertex: VertexId, seed: u64) -> DVec2 {
+pub(crate) fn phase(vertex: VertexId, seed: u64) -> DVec2 {
     let number = (vertex.index() as u64).wrapping_add(seed.rotate_left(32));
     let mut bits = number.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

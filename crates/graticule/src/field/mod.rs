@@ -46,6 +46,7 @@ pub use cancel::{CancelOptions, Cancellation};
 pub use cross_field::CrossField;
 pub use curl::{CurlCorrection, CurlOptions, CurlReport};
 pub use curvature::{CurvatureOptions, PrincipalCurvature, principal_curvatures};
+pub(crate) use diffusion::phase;
 pub use domain::FieldDomain;
 pub use error::FieldError;
 pub use features::feature_edges;

@@ -57,7 +57,7 @@ fn diffused(
     let side =
         side.flat_map(|((&value, mass), &anchor)| (value * (step * mass) + anchor).to_array());
     let side: Vec<f64> = side.collect();
-    let start: Vec<f64> = values.iter().flat_map(|value| value.to_array()).collect();
+    let start: Vec<f64> = values.iter().flat_map(DVec2::to_array).collect();
     let form = graph.shifted(step);
     let options = ConjugateGradientOptions {
         start: Some(&start),

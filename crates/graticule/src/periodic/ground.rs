@@ -7,15 +7,15 @@ use super::refine::refine;
 use super::unroll::{FaceKind, VertexFrames, angles_of_phases, face_kinds};
 use super::untangle::Untangling;
 use super::{
-    EdgeSteps, GRID_EXTENT, MinimizationReport, ParameterizationReport, ParameterizeOptions,
-    PeriodicError, RegularDistortion, SingularElements, edge_steps,
+    EdgeSteps, EnergyTriangles, GRID_EXTENT, MinimizationReport, ParameterizationReport,
+    ParameterizeOptions, PeriodicError, RegularDistortion, SingularElements, edge_steps,
 };
 use crate::field::CrossField;
 use crate::geometry::{
     EdgeLengths, IntrinsicTriangulation, Similarity, face_areas, face_shapes, intrinsic_delaunay,
     vertex_areas,
 };
-use crate::mesh::{Element, FaceId, PerEdge, PerFace, PerVertex, Surface, VertexId};
+use crate::mesh::{EdgeId, Element, FaceId, PerEdge, PerFace, PerVertex, Surface, VertexId};
 use crate::watch::Watch;
 
 /// What every step stands on.
@@ -118,7 +118,7 @@ impl<'a> Ground<'a> {
         };
         let mut iterations = 0;
         if self.options.refine {
-            iterations = functional.refined(&self.whole, &mut frames, watch)?;
+            iterations = functional.refined(self, &mut frames, watch)?;
         }
         let _stage = watch.stage("unrolling");
         // The integers of the surface's own edges, which are not those of the triangulation.
@@ -243,10 +243,9 @@ struct Functional {
 impl Functional {
     fn of(ground: &Ground<'_>, watch: &Watch) -> Result<Self, PeriodicError> {
         let _stage = watch.stage("energy");
-        let triangulation = if ground.options.delaunay {
-            intrinsic_delaunay(ground.surface, watch)?.0
-        } else {
-            ground.own.clone()
+        let triangulation = match ground.options.triangles {
+            EnergyTriangles::Delaunay => intrinsic_delaunay(ground.surface, watch)?.0,
+            EnergyTriangles::Own => ground.own.clone(),
         };
         Ok(Self {
             steps: edge_steps(&triangulation, ground.field, &ground.density),
@@ -255,14 +254,22 @@ impl Functional {
         })
     }
 
+    /// Refines with the square of the wanted scale taken out of the weights: where lines are dense,
+    /// a miss by the same share of their distance counts as much as elsewhere.
     fn refined(
         &self,
-        whole: &PerVertex<[bool; 2]>,
+        ground: &Ground<'_>,
         frames: &mut VertexFrames,
         watch: &Watch,
     ) -> Result<usize, PeriodicError> {
         let (triangulation, steps) = (&self.triangulation, &self.steps);
-        refine(triangulation, steps, &self.weights, whole, frames, watch)
+        let relative = |edge: EdgeId| {
+            let ends = triangulation.ends(triangulation.edge_halfedge(edge));
+            let [i, j] = ends.map(|vertex| ground.density[vertex] * ground.chart_size);
+            self.weights[edge] / (i * j)
+        };
+        let weights = PerEdge::new(triangulation.edges().map(relative).collect());
+        refine(triangulation, steps, &weights, &ground.whole, frames, watch)
     }
 }
 

@@ -1,12 +1,12 @@
 //! Phases from coarse to fine: groups of nodes move as one, each by the rotation that links it to its
 //! group.
 
-use std::f64::consts::TAU;
-
 use glam::DVec2;
 
 use super::minimize::CoarseToFineOptions;
 use super::phase_graph::{Coupling, PhaseGraph, mirrored};
+use crate::field::phase;
+use crate::mesh::{Element, VertexId};
 use crate::watch::{Stopped, Watch};
 
 /// A fine node by its coarse one: `x = rotation · X`, or `rotation · conj X`.
@@ -270,17 +270,6 @@ fn join_neighbors(graph: &PhaseGraph, members: &mut [Member]) {
 
 /// A unit vector for each node, from nowhere but its number and the seed.
 pub(super) fn seeded_phases(count: usize, seed: u64) -> Vec<DVec2> {
-    (0..count).map(|node| phase(node, seed)).collect()
-}
-
-/// Phases that neighbours do not share, the same on every machine: a hash of node and seed
-/// (S. Vigna's `SplitMix64`).
-fn phase(node: usize, seed: u64) -> DVec2 {
-    let number = (node as u64).wrapping_add(seed.rotate_left(32));
-    let mut bits = number.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    bits ^= bits >> 31;
-    let (sin, cos) = libm::sincos(TAU * (bits >> 11) as f64 / (1_u64 << 53) as f64);
-    DVec2::new(cos, sin)
+    let nodes = (0..count).map(VertexId::from_index);
+    nodes.map(|node| phase(node, seed)).collect()
 }

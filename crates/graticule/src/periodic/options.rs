@@ -9,9 +9,8 @@ pub struct ParameterizeOptions {
     pub chart_size: ChartSize,
     /// The functional.
     pub energy: EnergyKind,
-    /// Whether the functional is summed over the intrinsic Delaunay triangulation, where no weight
-    /// inside is negative, or over the surface's own triangles with negative weights as 0.
-    pub delaunay: bool,
+    /// Which triangles the functional is summed over.
+    pub triangles: EnergyTriangles,
     /// How the functional is minimised.
     pub minimizer: Minimizer,
     /// Edges that lines should run along, where the field does.
@@ -29,7 +28,7 @@ impl Default for ParameterizeOptions {
         Self {
             chart_size: ChartSize::default(),
             energy: EnergyKind::default(),
-            delaunay: true,
+            triangles: EnergyTriangles::default(),
             minimizer: Minimizer::default(),
             features: Vec::new(),
             follow_boundary: true,
@@ -37,6 +36,17 @@ impl Default for ParameterizeOptions {
             untangle: true,
         }
     }
+}
+
+/// The triangles that the functional is summed over; the coordinates are unrolled on the surface's own
+/// in any case.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum EnergyTriangles {
+    /// The intrinsic Delaunay triangulation, where no weight inside is negative.
+    #[default]
+    Delaunay,
+    /// The surface's own, with negative weights as 0.
+    Own,
 }
 
 /// The side of a chart where the field has the scale 1: h, with `ω = 2π / h` ([PGP06] §2.2,

@@ -76,7 +76,7 @@ pub fn edge_steps(
 ) -> EdgeSteps {
     let transport = transport_angles(triangulation);
     let symmetry = field.symmetry();
-    let quarters = 4 / symmetry.order() as i32;
+    let quarters = 4 / symmetry.order().cast_signed();
     let step = |edge: EdgeId| {
         let halfedge = triangulation.edge_halfedge(edge);
         let [i, j] = triangulation.ends(halfedge);

@@ -276,9 +276,9 @@ fn a_straight_field_on_a_flat_patch_gives_exactly_affine_coordinates() {
         follow_boundary: false,
         ..edges(4.0)
     };
-    for own_triangles in [false, true] {
+    for triangles in [EnergyTriangles::Delaunay, EnergyTriangles::Own] {
         let options = ParameterizeOptions {
-            delaunay: !own_triangles,
+            triangles,
             ..options.clone()
         };
         let map = parameterize(&patch, &field, None, &options, &Watch::new()).unwrap();

@@ -6,8 +6,8 @@ use clap::{Args, ValueEnum};
 use graticule::field::FieldOptions;
 use graticule::mesh::RepairOptions;
 use graticule::periodic::{
-    ChartSize, CoarseToFineOptions, DiffusionOptions, EnergyKind, Minimizer, NewtonOptions,
-    ParameterizeOptions,
+    ChartSize, CoarseToFineOptions, DiffusionOptions, EnergyKind, EnergyTriangles, Minimizer,
+    NewtonOptions, ParameterizeOptions,
 };
 use serde::Serialize;
 
@@ -127,7 +127,11 @@ impl Options {
                 Energy::Triangle => EnergyKind::Triangle,
                 Energy::Edge => EnergyKind::Edge,
             },
-            delaunay: !self.own_triangles,
+            triangles: if self.own_triangles {
+                EnergyTriangles::Own
+            } else {
+                EnergyTriangles::Delaunay
+            },
             minimizer: match self.method {
                 Method::CoarseToFine => Minimizer::CoarseToFine(start),
                 Method::Diffusion => Minimizer::DiffuseAndNormalise(DiffusionOptions {
