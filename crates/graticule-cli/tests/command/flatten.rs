@@ -237,7 +237,7 @@ fn constraints_go_by_the_numbers_of_the_file() {
         let told = &bench.json("report.json")["result"]["constraints"];
         assert_eq!(told["count"], 2);
     }
-    bench.succeed("flatten patch.obj -o out.obj --method fixed --line 40:50:-0.4,0:0.4,0");
+    bench.succeed("flatten patch.obj -o out.obj --method fixed --line 20:29:-0.4,0:0.4,0");
     bench.succeed(&format!(
         "flatten patch.obj -o out.obj --method natural {inside} --soft 2"
     ));
