@@ -51,7 +51,7 @@ pub struct NaturalOptions {
 ///
 /// Cost: one sparse complex factorisation of the mesh's size, about twice that of its Laplacian. A
 /// patch a hundred thousand times as long as wide takes an orthogonal factorisation after it, which a
-/// warning tells.
+/// warning tells, if it has no more than 60 000 vertices.
 ///
 /// # Errors
 /// [`FlattenError`] for pins that cannot be used, [`FlattenError::Solve`] where a conformal map
