@@ -189,7 +189,7 @@ fn a_reader_that_goes_away_is_no_failure() {
 
 #[cfg(unix)]
 #[test]
-fn an_interrupt_ends_the_command_and_leaves_nothing() {
+fn a_request_to_end_ends_the_command_and_leaves_nothing() {
     let bench = Bench::with(&bumpy_patch(300, 1));
     let program = assert_cmd::cargo::cargo_bin!("graticule");
     let mut child = std::process::Command::new(program)
@@ -207,7 +207,7 @@ fn an_interrupt_ends_the_command_and_leaves_nothing() {
         .unwrap();
     std::thread::sleep(std::time::Duration::from_millis(300));
     let kill = std::process::Command::new("sh")
-        .args(["-c", &format!("kill -INT {}", child.id())])
+        .args(["-c", &format!("kill -TERM {}", child.id())])
         .status();
     assert!(kill.unwrap().success());
     assert_eq!(child.wait().unwrap().code(), Some(1));

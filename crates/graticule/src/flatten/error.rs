@@ -37,7 +37,8 @@ pub enum FlattenError {
     },
     /// The conformal energy of a very thin patch has lost all digits.
     #[error(
-        "the patch is too thin for the spectral method: its area is {area:.1e} of its squared extent"
+        "the patch is too thin for the precision of numbers: its area is {area:.1e} of its squared \
+         extent"
     )]
     TooThin {
         /// Area over the square of the largest extent.
@@ -198,7 +199,10 @@ impl Hint for FlattenError {
             Self::TooFewConstraints { .. } => "give places to two different points at least",
             Self::NoLine { .. } => "constrain single points along the line instead",
             Self::NoFiniteValue { .. } => "use edge lengths or areas, or weights that flip nothing",
-            Self::TooThin { .. } => "use the natural method, which keeps twice the digits there",
+            Self::TooThin { .. } => {
+                "use the natural method with fewer vertices, which keeps twice the digits, or fix the \
+                 boundary"
+            }
             Self::OtherBoundary { .. } => "make a new system for these vertices",
             Self::Undetermined { .. } | Self::Collapsed { .. } => {
                 "choose other pins, or use the spectral method"

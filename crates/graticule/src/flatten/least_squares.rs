@@ -15,6 +15,10 @@ use super::FlattenError;
 use super::conformal::{ConformalForm, PinnedSolution, refined};
 use super::domain::Domain;
 
+/// Vertices up to which the factorisation is worth its time, which grows with their square on a
+/// strip: some ten seconds.
+pub(super) const MOST_VERTICES: usize = 60_000;
+
 /// The map of least conformal energy with these vertices at these places, as
 /// [`PinnedForm`](super::conformal::PinnedForm) makes it.
 ///

@@ -19,6 +19,7 @@ use super::diameter::farthest_pair;
 use super::domain::Domain;
 use super::energy::complex;
 use super::flat_map::MapDraft;
+use super::spectral::thin_patch_told;
 use super::{FlatMap, FlattenError, Method, Patch, least_squares};
 
 /// Which two vertices are pinned, and where.
@@ -50,7 +51,7 @@ pub struct NaturalOptions {
 ///
 /// Cost: one sparse complex factorisation of the mesh's size, about twice that of its Laplacian. A
 /// patch a hundred thousand times as long as wide takes an orthogonal factorisation after it, which a
-/// warning tells.
+/// warning tells, if it has no more than 60 000 vertices.
 ///
 /// # Errors
 /// [`FlattenError`] for pins that cannot be used, [`FlattenError::Solve`] where a conformal map
@@ -68,7 +69,12 @@ pub fn natural_map(
         Pins::At(pins) => checked_pins(patch, pins)?,
     };
     let domain = Domain::conformal(patch, options.triangulation, watch)?;
-    let solution = pinned_map(&domain, pins.map(|(v, place)| (v, complex(place))), watch)?;
+    let solution = pinned_map(
+        patch,
+        &domain,
+        pins.map(|(v, place)| (v, complex(place))),
+        watch,
+    )?;
     let intrinsic_flips = domain.intrinsic_flips(&solution.positions);
     let draft = MapDraft {
         positions: solution.positions,
@@ -86,6 +92,7 @@ pub fn natural_map(
 /// The map of least conformal energy with two vertices at these places: from the factored form, or
 /// where that has lost its digits from the triangles' equations themselves.
 fn pinned_map(
+    patch: &Patch,
     domain: &Domain,
     pins: [(VertexId, c64); 2],
     watch: &Watch,
@@ -95,15 +102,18 @@ fn pinned_map(
     let nothing = vec![c64::ZERO; domain.mesh.vertex_count()];
     let solved = PinnedForm::new(domain, vertices, watch)
         .and_then(|system| system.solve(&nothing, places, watch));
-    let lost = match solved {
+    let lost = match &solved {
         Err(FlattenError::Undetermined { change }) => {
             format!("refining the map moves it by {change:.0e} of its size")
         }
         Err(FlattenError::Solve(SolveError::NotPositiveDefinite { .. })) => {
             "the conformal energy has no positive pivot left".into()
         }
-        other => return other,
+        _ => return solved,
     };
+    if domain.mesh.vertex_count() > least_squares::MOST_VERTICES {
+        return solved.map_err(|error| thin_patch_told(error, patch));
+    }
     let message = format!("{lost}: the patch is thin; solved by orthogonal factorisation instead");
     watch.warn("orthogonal-factorisation", message);
     least_squares::pinned_map(domain, pins, watch)

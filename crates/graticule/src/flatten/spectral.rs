@@ -58,7 +58,7 @@ pub fn spectral_map(
 }
 
 /// Names thinness as the reason where it is.
-fn thin_patch_told(error: FlattenError, patch: &Patch) -> FlattenError {
+pub(super) fn thin_patch_told(error: FlattenError, patch: &Patch) -> FlattenError {
     let area = patch.unit_area();
     let lost = matches!(
         error,

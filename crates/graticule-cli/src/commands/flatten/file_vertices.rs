@@ -77,7 +77,9 @@ impl<'a> FileVertices<'a> {
             FlattenError::Undetermined { .. } | FlattenError::Collapsed { .. } => {
                 "name other vertices with --pin, or use --method spectral"
             }
-            FlattenError::TooThin { .. } => "use --method natural, which keeps twice the digits",
+            FlattenError::TooThin { .. } => {
+                "use --method natural with up to 60000 vertices, or --method fixed"
+            }
             FlattenError::Geometry(_) => "use --intrinsic-delaunay",
             FlattenError::Solve(ref reason @ SolveError::OutOfMemory { .. }) => {
                 return reason.clone().into();
