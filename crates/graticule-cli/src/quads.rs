@@ -1,5 +1,7 @@
 //! Measures of quad meshes as text, as part of the report, and as a picture.
 
+use std::fmt::Write;
+
 use graticule::measure::{LineCarrying, QuadMeasure, ReferenceMeasure};
 use graticule::mesh::{PerFace, PolygonSoup, Repaired};
 use graticule_draw::{
@@ -38,7 +40,7 @@ fn connection_rows(table: &mut Table, measure: &QuadMeasure) {
         polygons.larger
     );
     if polygons.left_out > 0 {
-        text += &format!(", {} that span no face", polygons.left_out);
+        let _ = write!(text, ", {} that span no face", polygons.left_out);
     }
     table.row("polygons", text);
     let connections = &measure.connections;
@@ -179,7 +181,7 @@ fn reference_rows(table: &mut Table, reference: &ReferenceMeasure) {
         figure(normals.p95)
     );
     if normals.flipped_share > 0.0 {
-        text += &format!(", {} turned over", percent(normals.flipped_share));
+        let _ = write!(text, ", {} turned over", percent(normals.flipped_share));
     }
     table.row("normals off the reference's", text);
     if let Some(lines) = &reference.sharp_edges {

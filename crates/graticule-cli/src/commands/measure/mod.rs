@@ -216,9 +216,11 @@ fn is_mostly_quads(soup: &PolygonSoup) -> bool {
 }
 
 fn is_flat(soup: &PolygonSoup) -> bool {
-    let mut positions = soup.positions.iter();
-    let first = positions.next();
-    first.is_some_and(|first| positions.all(|position| position.z == first.z))
+    let heights = soup.positions.iter().map(|position| position.z);
+    let [low, high] = heights.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], z| {
+        [low.min(z), high.max(z)]
+    });
+    high <= low
 }
 
 fn has_same_polygons(mesh: &Input, reference: &Input) -> bool {

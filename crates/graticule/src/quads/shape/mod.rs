@@ -50,7 +50,8 @@ pub struct ShapeOptions {
     pub sweeps: usize,
     /// How far quads keep the proportions they have, from 0 (all are to become squares) to 1.
     pub keep_proportions: f64,
-    /// How far a vertex may go in all, over the mean length of the edges that it begins with.
+    /// How far a vertex may go in all, over the mean length of the edges that it begins with, or that
+    /// of all edges where that is larger.
     pub reach: f64,
 }
 

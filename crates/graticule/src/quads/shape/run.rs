@@ -99,6 +99,8 @@ pub(super) struct Run {
     starts: Vec<DVec3>,
     /// For each vertex the mean length of its edges at the beginning.
     scales: Vec<f64>,
+    /// How far each vertex may go in all.
+    reaches: Vec<f64>,
     groups: Vec<Vec<u32>>,
     options: ShapeOptions,
 }
@@ -121,9 +123,14 @@ impl Run {
         let mesh = PolygonConnectivity::of(&soup);
         let freedoms = freedoms(net, &mesh, &lines, (&surface, origins));
         let ratios = super::proportions::wanted(&mesh, &starts, options.keep_proportions);
+        let scales = mean_edge_lengths(&mesh, &starts);
+        let mean_scale = scales.iter().sum::<f64>() / scales.len().max(1) as f64;
+        // Vertices crammed together need more than their own edges to come apart.
+        let reach = |scale: &f64| options.reach * scale.max(mean_scale);
         let groups = independent_groups(&mesh, |v| freedoms[v] != Freedom::Fixed);
         Self {
-            scales: mean_edge_lengths(&mesh, &starts),
+            reaches: scales.iter().map(reach).collect(),
+            scales,
             surface,
             normals,
             lines,
@@ -340,7 +347,7 @@ impl Run {
         };
         let place = place(&self.surface, &self.normals, origin);
         let way = place.position.distance(self.starts[vertex]);
-        (way <= self.options.reach * self.scales[vertex]).then_some(place)
+        (way <= self.reaches[vertex]).then_some(place)
     }
 
     /// The corners around a vertex that its position takes part in.
