@@ -51,7 +51,7 @@ impl Hint for QuadsError {
                 Some("ask for more quads, or repair the mesh first".into())
             }
             Self::Stopped(stopped) => stopped.hint(),
-            _ => None,
+            Self::OtherMesh { .. } => None,
         }
     }
 }

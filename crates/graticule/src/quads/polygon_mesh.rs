@@ -50,7 +50,8 @@ impl PolygonMesh {
             triangles.extend(sides.map(|(&from, &to)| [from, to, middle]));
         }
         let mesh = TriangleMesh::new(count + self.polygons.len(), &triangles);
-        mesh.map(|mesh| Topology::of(&mesh)).map_err(unsound)
+        mesh.map(|mesh| Topology::of(&mesh))
+            .map_err(|error| unsound(&error))
     }
 
     /// Checks that the mesh is sound and has the components, genera and boundary loops of the
@@ -61,6 +62,7 @@ impl PolygonMesh {
     pub fn check(&self, surface: &Surface) -> Result<(), QuadsError> {
         let expected = Topology::of(surface.mesh());
         let found = self.topology()?;
+        let whole = |count: usize| i64::try_from(count).unwrap_or(i64::MAX);
         let counts = |topology: &Topology| {
             let ComponentTopology {
                 boundary_loops,
@@ -68,8 +70,8 @@ impl PolygonMesh {
                 ..
             } = topology.total;
             [
-                ("components", topology.components.len() as i64),
-                ("boundary loops", boundary_loops as i64),
+                ("components", whole(topology.components.len())),
+                ("boundary loops", whole(boundary_loops)),
                 ("as Euler characteristic", euler_characteristic),
             ]
         };
@@ -96,7 +98,7 @@ impl PolygonMesh {
     }
 }
 
-fn unsound(error: MeshError) -> QuadsError {
+fn unsound(error: &MeshError) -> QuadsError {
     let (vertex, rule) = match error {
         MeshError::RepeatedVertex { vertex, .. } => (vertex.0, "it is twice in a polygon"),
         MeshError::NonManifoldEdge { ends, .. } => (ends[0].0, "an edge has three polygons"),

@@ -226,6 +226,7 @@ fn followed(surface: &Surface, map: &GridMap, features: &[EdgeId], watch: &Watch
 }
 
 /// The density to try next where the number of quads was missed.
+#[expect(clippy::cast_sign_loss, reason = "it is 1 at least")]
 fn corrected(wanted: GridDensity, tried: GridDensity, found: usize) -> Option<GridDensity> {
     let (GridDensity::Quads(wanted), GridDensity::Quads(tried)) = (wanted, tried) else {
         return None;
