@@ -50,7 +50,7 @@ impl Solver {
         };
         watch.check()?;
         let _stage = watch.stage("whole numbers");
-        let rounding = Rounding::new(&system.over_parameters(rows, parameters))
+        let rounding = Rounding::new(system.over_parameters(rows, parameters))
             .ok_or(IntegerGridError::Undetermined { parameters })?;
         Ok(Self::Dense { system, rounding })
     }
