@@ -247,6 +247,20 @@ impl Guard {
         guard
     }
 
+    /// The parameters of pairs that end up at one point or the wrong way round, ascending.
+    pub(super) fn broken_parameters(&self, values: &[f64], density: f64) -> Vec<usize> {
+        let broken = self
+            .pairs
+            .iter()
+            .filter(|pair| pair.is_broken(values, density));
+        let forms = broken.flat_map(|pair| pair.difference.iter().flatten());
+        let columns = forms.flat_map(Form::terms).map(|term| term.0 as usize);
+        let mut columns: Vec<usize> = columns.collect();
+        columns.sort_unstable();
+        columns.dedup();
+        columns
+    }
+
     /// The pairs that this parameter belongs to.
     fn pairs_of(&self, parameter: usize) -> impl Iterator<Item = &Separation> {
         self.of_parameter[parameter]

@@ -24,7 +24,7 @@ pub(super) struct Parts<'a> {
 pub(super) enum Solver {
     /// With a dense matrix over the whole unknowns.
     Dense {
-        system: NetSystem,
+        system: Box<NetSystem>,
         rounding: Rounding,
     },
     /// Without.
@@ -50,9 +50,12 @@ impl Solver {
         };
         watch.check()?;
         let _stage = watch.stage("whole numbers");
-        let rounding = Rounding::new(&system.over_parameters(rows, parameters))
+        let rounding = Rounding::new(system.over_parameters(rows, parameters))
             .ok_or(IntegerGridError::Undetermined { parameters })?;
-        Ok(Self::Dense { system, rounding })
+        Ok(Self::Dense {
+            system: Box::new(system),
+            rounding,
+        })
     }
 
     pub(super) fn in_batches(
