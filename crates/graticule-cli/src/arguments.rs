@@ -73,7 +73,7 @@ pub(crate) enum Command {
     /// Weld, split, orient and clean a mesh, and say what was done
     Repair(repair::Options),
     /// Lay a patch flat and write its mesh with texture coordinates
-    Flatten(flatten::Options),
+    Flatten(Box<flatten::Options>),
     /// Compute a smooth field of crosses, lines or vectors and its singularities
     Field(field::Options),
     /// Cover a surface with periodic coordinates that follow a cross field

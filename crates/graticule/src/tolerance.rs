@@ -6,7 +6,6 @@
 /// Largest relative residual `|Ax - b| / (|A| |x| + |b|)` accepted from a linear solver.
 ///
 /// A backward stable factorisation of a mesh Laplacian with a million unknowns stays below 1e-13;
-
 /// four digits of margin tell a broken solution from an ordinary one.
 pub const LINEAR_RESIDUAL: f64 = 1e-9;
 
@@ -229,11 +228,6 @@ pub const INDEX_ROUNDING: f64 = 1e-6;
 ///
 /// A minimum is flat: values differ by the square of this, which is rounding.
 pub const SEARCHED_LAMBDA: f64 = 1e-8;
-
-/// Share of the way to the first collapse of a triangle that a step of a descent may go.
-///
-/// Short of it by far more than rounding, so that no triangle flips; the next step may go on.
-pub const FLIP_MARGIN: f64 = 0.9;
 
 /// Relative gain of a step below which a descent counts as resting.
 ///

@@ -233,7 +233,10 @@ fn constraints_go_by_the_numbers_of_the_file() {
         let out = bench.read("out.obj");
         assert_near(uv_of_vertex(&out, 0), [0.1, 0.2]);
         let [a, b] = [1, 2].map(|vertex| uv_of_vertex(&out, vertex));
-        assert_near([(a[0] + b[0]) / 2.0, (a[1] + b[1]) / 2.0], [0.3, 0.25]);
+        assert_near(
+            [f64::midpoint(a[0], b[0]), f64::midpoint(a[1], b[1])],
+            [0.3, 0.25],
+        );
         let told = &bench.json("report.json")["result"]["constraints"];
         assert_eq!(told["count"], 2);
     }

@@ -68,7 +68,7 @@ fn a_set_that_is_not_there_is_told() {
 /// The cube of two by two quads a side, its middle vertices pushed in by `depth`.
 fn quad_cube_obj(depth: f64) -> String {
     let cube = graticule_fixtures::quad_cube(2).map(|p| {
-        if p.abs().element_sum() == 1.0 {
+        if (p.abs().element_sum() - 1.0).abs() < 1e-12 {
             p * (1.0 - depth)
         } else {
             p

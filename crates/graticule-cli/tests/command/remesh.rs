@@ -37,6 +37,8 @@ fn wrong_options_are_told_before_any_work() {
         "--pure --dominant",
         "--edge-length -1",
     ] {
-        bench.refuse(2, &format!("remesh patch.obj -o out.obj {options}"));
+        let run = bench.run(&format!("remesh patch.obj -o out.obj {options}"));
+        assert_eq!(run.code, 2, "{options}: {}", run.stderr);
+        assert!(!bench.path("out.obj").exists(), "{options}");
     }
 }

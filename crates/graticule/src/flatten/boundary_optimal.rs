@@ -13,9 +13,10 @@ use robust::{Coord, orient2d};
 
 use crate::mesh::{Element, PerVertex, TriangleMesh};
 use crate::solve::{DirichletSystem, Placement, SymmetricMatrix};
-use crate::tolerance::{DESCENT_AT_REST, FLATTENED_HEIGHT, FLIP_MARGIN};
+use crate::tolerance::{DESCENT_AT_REST, FLATTENED_HEIGHT, SHARE_TO_COLLAPSE};
 use crate::watch::Watch;
 
+use super::collapse_time::collapse_time;
 use super::conformal::Triangulation;
 use super::domain::Domain;
 use super::equations::index_pairs;
@@ -254,7 +255,7 @@ impl<'a> Descent<'a> {
     fn search(&self, way: &[DVec2], slope: f64) -> Option<(f64, Vec<DVec2>)> {
         let mesh = self.system.patch().mesh();
         let from = &self.state.positions;
-        let limit = FLIP_MARGIN * first_collapse(mesh, from, way);
+        let limit = SHARE_TO_COLLAPSE * first_collapse(mesh, from, way);
         let [mut low, mut high] = [0.0, limit];
         let mut length = limit.min(1.0);
         let mut best = None;
@@ -365,36 +366,14 @@ fn scale_to_patch(patch: &Patch, positions: &mut [DVec2]) -> Result<(), FlattenE
 /// How far along the way the first triangle that is not turned over collapses; infinite if none
 /// does.
 fn first_collapse(mesh: &TriangleMesh, from: &[DVec2], way: &[DVec2]) -> f64 {
-    let mut first = f64::INFINITY;
-    for face in mesh.faces() {
-        let [a, b, c] = mesh.triangle(face).map(Element::index);
-        let [p, q] = [from[b] - from[a], from[c] - from[a]];
-        let [dp, dq] = [way[b] - way[a], way[c] - way[a]];
-        let coefficients = [
-            p.perp_dot(q),
-            p.perp_dot(dq) + dp.perp_dot(q),
-            dp.perp_dot(dq),
-        ];
-        if coefficients[0] > 0.0 {
-            first = first.min(first_positive_root(coefficients));
-        }
-    }
-    first
-}
-
-/// The least `x > 0` with `c + b x + a x² = 0`, for `c > 0`.
-fn first_positive_root([c, b, a]: [f64; 3]) -> f64 {
-    let discriminant = b * b - 4.0 * a * c;
-    if discriminant < 0.0 {
-        return f64::INFINITY;
-    }
-    // Without cancellation; of both signs of the root the one that gives the first crossing.
-    let denominator = -b + discriminant.sqrt();
-    if denominator > 0.0 {
-        2.0 * c / denominator
-    } else {
-        f64::INFINITY
-    }
+    let times = mesh.faces().filter_map(|face| {
+        let corners = mesh.triangle(face).map(Element::index);
+        let [places, steps] = [from, way].map(|at| corners.map(|corner| at[corner]));
+        let [a, b, c] = places;
+        let is_upright = (b - a).perp_dot(c - a) > 0.0;
+        is_upright.then(|| collapse_time(places, steps))
+    });
+    times.fold(f64::INFINITY, f64::min)
 }
 
 /// Whether a triangle that was laid down rightly is not so any more, by exact signs, or has become
@@ -419,20 +398,5 @@ fn height_ratio(corners: [DVec2; 3]) -> f64 {
         doubled_area / longest
     } else {
         doubled_area
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_triangle_collapses_at_the_first_root() {
-        assert_eq!(first_positive_root([1.0, -3.0, 2.0]), 0.5);
-        assert_eq!(first_positive_root([1.0, 0.0, -4.0]), 0.5);
-        assert_eq!(first_positive_root([1.0, -2.0, 0.0]), 0.5);
-        assert!(first_positive_root([1.0, 2.0, 0.0]).is_infinite());
-        assert!(first_positive_root([1.0, 3.0, 2.0]).is_infinite());
-        assert!(first_positive_root([1.0, 0.0, 1.0]).is_infinite());
     }
 }

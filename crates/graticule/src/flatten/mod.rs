@@ -43,6 +43,7 @@
 mod atlas;
 mod boundary;
 mod boundary_optimal;
+mod collapse_time;
 mod conformal;
 mod constraints;
 mod corners;

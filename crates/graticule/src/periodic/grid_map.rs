@@ -342,8 +342,8 @@ mod tests {
             assert!(gap(&mesh, &map).to_bits() == 0);
             for (corner, point) in given.enumerate() {
                 let [from, to] = [corner, corner.next()].map(|end| map.coordinate(end));
-                let shared = from.x == to.x && from.x.fract() == 0.0
-                    || from.y == to.y && from.y.fract() == 0.0;
+                let is_whole = |a: f64, b: f64| a.to_bits() == b.to_bits() && a.round() - a == 0.0;
+                let shared = is_whole(from.x, to.x) || is_whole(from.y, to.y);
                 assert_eq!(map.has_line_along(corner), shared);
                 assert!(point.distance(map.coordinate(corner)) < 3e-7);
                 let steps = map.coordinate(corner) * GRID_STEPS;

@@ -211,10 +211,10 @@ fn cube_map(levels: u32, n: f64) -> (Surface, GridMap) {
 
 #[test]
 fn a_cube_gives_quads_with_eight_vertices_of_valence_three() {
-    for (levels, n) in [(0, 1), (0, 3), (2, 3), (3, 5)] {
+    for (levels, n) in [(0, 1_u8), (0, 3), (2, 3), (3, 5)] {
         let (surface, map) = cube_map(levels, f64::from(n));
         let found = extract(&surface, &map);
-        let quads = (6 * n * n) as usize;
+        let quads = 6 * usize::from(n * n);
         assert_eq!(
             (found.mesh.polygons.len(), found.mesh.quad_count()),
             (quads, quads)
@@ -251,7 +251,7 @@ fn cone(rings: u32, quarters: f64, centre: DVec2, left_out: &[FaceId]) -> (Surfa
 
 #[test]
 fn a_quarter_turn_at_a_lattice_point_gives_an_irregular_vertex() {
-    for quarters in [3, 5, 6] {
+    for quarters in [3_u8, 5, 6] {
         let (surface, map) = cone(9, f64::from(quarters), DVec2::ZERO, &[]);
         let found = extract(&surface, &map);
         let inner = found
@@ -261,7 +261,7 @@ fn a_quarter_turn_at_a_lattice_point_gives_an_irregular_vertex() {
             .position(|origin| origin.position(&surface).length() < 1e-12);
         let at = found.mesh.polygons.corner_vertices().iter();
         let valence = at.filter(|&&vertex| Some(vertex as usize) == inner).count();
-        assert_eq!(valence, quarters as usize);
+        assert_eq!(valence, usize::from(quarters));
     }
 }
 

@@ -24,10 +24,10 @@ fn free(patch: &Patch) -> InjectiveMap {
 }
 
 /// A closed tube of this many circumferences of length, open at one end.
-fn finger(circumferences: f64) -> Fixture {
+fn finger(circumferences: u32) -> Fixture {
     let around = 12;
-    let rows = (f64::from(around) * circumferences) as u32;
-    let height = std::f64::consts::TAU * circumferences;
+    let rows = around * circumferences;
+    let height = std::f64::consts::TAU * f64::from(circumferences);
     let mut tube = cylinder_patch(1.0, height, around, rows);
     let rim: Vec<u32> = {
         let top = tube.positions.iter().map(|p| p.z).fold(f64::MIN, f64::max);
@@ -75,7 +75,7 @@ fn nothing_is_flipped_on_hard_patches() {
 /// Tutte's map of it shrinks by e^-2π with each circumference: beyond six, double precision is out.
 #[test]
 fn a_finger_far_too_long_for_convex_combinations_is_laid_down() {
-    let patch = patch(&finger(12.0));
+    let patch = patch(&finger(12));
     let circle = boundary_on_curve(&patch, &BoundaryCurve::Circle, &Watch::new()).unwrap();
     let uniform = FixedOptions {
         weights: Weights::Uniform,

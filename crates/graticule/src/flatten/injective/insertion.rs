@@ -3,7 +3,8 @@
 use glam::DVec2;
 
 use super::energy::{self, DistortionEnergy};
-use super::objective::{collapse_time, is_upright};
+use super::objective::is_upright;
+use crate::flatten::collapse_time::collapse_time;
 use crate::measure::SourceTriangle;
 use crate::tolerance::{SHARE_TO_COLLAPSE, SUFFICIENT_DECREASE};
 
