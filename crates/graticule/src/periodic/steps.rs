@@ -9,7 +9,7 @@ use crate::mesh::{EdgeId, HalfedgeId, PerEdge, PerVertex};
 use super::QuarterTurn;
 
 /// What a field asks of the coordinates along an edge, from the origin to the destination of its
-/// [`edge_halfedge`](IntrinsicTriangulation::edge_halfedge).
+/// [`edge_halfedge`](crate::mesh::CornerTable::edge_halfedge).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EdgeStep {
     /// The quarter turns r that bring the field at the destination closest to that at the origin:
