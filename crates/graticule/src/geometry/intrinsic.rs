@@ -95,7 +95,7 @@ impl IntrinsicTriangulation {
     }
 
     /// Takes new shapes for the same triangles; each vertex keeps the direction of its
-    /// [`vertex_halfedge`](Self::vertex_halfedge).
+    /// [`vertex_halfedge`](CornerTable::vertex_halfedge).
     pub(super) fn replace_shapes(&mut self, shapes: PerFace<TriangleShape>) {
         self.shapes = shapes;
         self.lay_out_directions();

@@ -2,7 +2,7 @@
 
 use super::solution::count_columns;
 use super::{
-    Cholesky, Lu, LuSymbolic, Placement, Solution, SolveError, SparseMatrix, Symbolic,
+    Cholesky, Ldlt, Lu, LuSymbolic, Placement, Solution, SolveError, SparseMatrix, Symbolic,
     SymmetricMatrix,
 };
 
@@ -165,6 +165,16 @@ pub trait Factorization {
 }
 
 impl Factorization for Cholesky {
+    fn solve(&self, right_sides: &[f64]) -> Result<Solution, SolveError> {
+        Self::solve(self, right_sides)
+    }
+
+    fn solve_transposed(&self, right_sides: &[f64]) -> Result<Solution, SolveError> {
+        Self::solve(self, right_sides)
+    }
+}
+
+impl Factorization for Ldlt {
     fn solve(&self, right_sides: &[f64]) -> Result<Solution, SolveError> {
         Self::solve(self, right_sides)
     }

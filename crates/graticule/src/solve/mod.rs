@@ -69,7 +69,7 @@ pub use lu::{Exchange, Lu, LuSymbolic};
 pub use ordering::{Graph, Ordering, Placement};
 pub use pattern::Pattern;
 pub use preconditioner::{Identity, IncompleteCholesky, Jacobi, Preconditioner};
-pub use saddle::{BorderedSystem, SaddleSolution, SaddleSystem};
+pub use saddle::{BorderedSystem, Constrained, SaddleSolution, SaddleSystem};
 pub use solution::Solution;
 pub use sparse::{SparseMatrix, SymmetricMatrix};
 pub use symbolic::Symbolic;

@@ -2,11 +2,22 @@
 
 use super::constraints::Independence;
 use super::solution::{count_columns, power_of_two};
-use super::{Ldlt, Lu, Ordering, Placement, SolveError, SparseMatrix, Symbolic, SymmetricMatrix};
+use super::{
+    Factorization, Ldlt, Lu, Ordering, Placement, SolveError, SparseMatrix, Symbolic,
+    SymmetricMatrix,
+};
 
 /// Constraints with more coefficients than this do not shape the elimination order: no order
 /// could keep the unknowns that they join apart.
 const LONGEST_LOCAL_CONSTRAINT: usize = 16;
+
+/// A factored system bordered by linear constraints. Redundant constraints are left out,
+/// contradictory ones refused by number.
+#[derive(Clone, Debug)]
+pub struct Constrained<F> {
+    factor: F,
+    border: Border,
+}
 
 /// The system of `min ½ xᵀ K x − fᵀ x` under `B x = g`:
 ///
@@ -16,13 +27,19 @@ const LONGEST_LOCAL_CONSTRAINT: usize = 16;
 /// ```
 ///
 /// `K` is symmetric, not negative on any direction, and positive on those that `B` leaves free; it
-/// may be singular by itself, as a Laplacian is. Redundant constraints are left out, contradictory
-/// ones refused by number.
-#[derive(Clone, Debug)]
-pub struct SaddleSystem {
-    factor: Ldlt,
-    border: Border,
-}
+/// may be singular by itself, as a Laplacian is.
+pub type SaddleSystem = Constrained<Ldlt>;
+
+/// The system
+///
+/// ```text
+/// [ A  Bᵀ ] [ x ]   [ f ]
+/// [ B  0  ] [ λ ] = [ g ]
+/// ```
+///
+/// for an `A` that need not be symmetric: the equations `A x = f`, bent as much as the constraints
+/// `B x = g` ask for.
+pub type BorderedSystem = Constrained<Lu>;
 
 /// What minimises under the constraints.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,6 +50,26 @@ pub struct SaddleSolution {
     pub multipliers: Vec<f64>,
     /// Largest relative residual of the whole, scaled, system; see [`Ldlt::solve`].
     pub residual: f64,
+}
+
+impl<F: Factorization> Constrained<F> {
+    /// Numbers of the constraints that follow from earlier ones and were left out.
+    #[must_use]
+    pub fn redundant(&self) -> Vec<usize> {
+        self.border.redundant()
+    }
+
+    /// Solves for one or several right-hand sides: `loads` (`f`) has one number per unknown,
+    /// `targets` (`g`) one per constraint, one column after the other.
+    ///
+    /// # Errors
+    /// [`SolveError::ContradictoryConstraint`] and [`SolveError::EmptyConstraint`] name the
+    /// constraint; otherwise as [`Factorization::solve`].
+    pub fn solve(&self, loads: &[f64], targets: &[f64]) -> Result<SaddleSolution, SolveError> {
+        let right_sides = self.border.right_sides(loads, targets)?;
+        let solved = self.factor.solve(&right_sides)?;
+        Ok(self.border.parted(&solved.values, solved.residual))
+    }
 }
 
 impl SaddleSystem {
@@ -59,39 +96,6 @@ impl SaddleSystem {
             border,
         })
     }
-
-    /// Numbers of the constraints that follow from earlier ones and were left out.
-    #[must_use]
-    pub fn redundant(&self) -> Vec<usize> {
-        self.border.redundant()
-    }
-
-    /// Solves for one or several right-hand sides: `loads` (`f`) has one number per unknown,
-    /// `targets` (`g`) one per constraint, one column after the other.
-    ///
-    /// # Errors
-    /// [`SolveError::ContradictoryConstraint`] and [`SolveError::EmptyConstraint`] name the
-    /// constraint; otherwise as [`Ldlt::solve`].
-    pub fn solve(&self, loads: &[f64], targets: &[f64]) -> Result<SaddleSolution, SolveError> {
-        let right_sides = self.border.right_sides(loads, targets)?;
-        let solved = self.factor.solve(&right_sides)?;
-        Ok(self.border.parted(&solved.values, solved.residual))
-    }
-}
-
-/// The system
-///
-/// ```text
-/// [ A  Bᵀ ] [ x ]   [ f ]
-/// [ B  0  ] [ λ ] = [ g ]
-/// ```
-///
-/// for an `A` that need not be symmetric: the equations `A x = f`, bent as much as the constraints
-/// `B x = g` ask for. Redundant constraints are left out, contradictory ones refused by number.
-#[derive(Clone, Debug)]
-pub struct BorderedSystem {
-    factor: Lu,
-    border: Border,
 }
 
 impl BorderedSystem {
@@ -118,22 +122,6 @@ impl BorderedSystem {
             factor: Lu::new(&whole, &ordering)?,
             border,
         })
-    }
-
-    /// Numbers of the constraints that follow from earlier ones and were left out.
-    #[must_use]
-    pub fn redundant(&self) -> Vec<usize> {
-        self.border.redundant()
-    }
-
-    /// Solves for one or several right-hand sides; as [`SaddleSystem::solve`].
-    ///
-    /// # Errors
-    /// As [`SaddleSystem::solve`].
-    pub fn solve(&self, loads: &[f64], targets: &[f64]) -> Result<SaddleSolution, SolveError> {
-        let right_sides = self.border.right_sides(loads, targets)?;
-        let solved = self.factor.solve(&right_sides)?;
-        Ok(self.border.parted(&solved.values, solved.residual))
     }
 }
 

@@ -1,7 +1,7 @@
 //! `graticule field`: a field of crosses, lines or vectors on a surface.
 
 mod guides;
-pub(crate) mod options;
+mod options;
 mod output;
 mod picture;
 mod ply;

@@ -6,9 +6,10 @@ mod picture;
 mod table;
 
 use graticule::field::{FieldResult, cross_field, feature_edges};
-use graticule::mesh::{Repaired, Surface};
+use graticule::mesh::{PolygonSoup, Repaired, Surface};
 use graticule::periodic::{Parameterization, parameterize};
 
+use super::field::lines_of_file;
 use crate::failure::Failure;
 use crate::mesh_input::{Input, repair_to_report};
 use crate::outcome::Outcome;
@@ -29,7 +30,7 @@ pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {
     outcome.report.input = input.to_report();
     let repaired = input.repaired_on_the_way(options.repair_options(), session)?;
     outcome.report.repair = repair_to_report(&repaired.changes)?;
-    let found = Found::of(options, &repaired, session)
+    let found = Found::of(options, &input.soup, &repaired, session)
         .map_err(|failure| failure.at(input.path.display()))?;
     outcome.report.result = to_value(&found.map.report)?;
     outcome.report.result["field"] = to_value(&found.field.report)?;
@@ -58,15 +59,27 @@ struct Found {
 }
 
 impl Found {
-    fn of(options: &Options, repaired: &Repaired, session: &Session) -> Result<Self, Failure> {
+    fn of(
+        options: &Options,
+        soup: &PolygonSoup,
+        repaired: &Repaired,
+        session: &Session,
+    ) -> Result<Self, Failure> {
         let surface: &Surface = &repaired.surface;
         let seed = session.common.seed;
-        let wanted = options.field_options(seed);
+        let mut wanted = options.field_options(seed);
+        let (edges, beside) = lines_of_file(soup, repaired);
+        wanted.features.edges = edges;
+        wanted.strokes.extend(beside);
         let field = cross_field(surface, &wanted, &session.watch)?;
         let mut options = options.parameterize_options(seed);
+        options.features = wanted.features.edges;
         if let Some(dihedral) = wanted.features.dihedral {
-            options.features = feature_edges(surface, dihedral, wanted.features.least_edges);
+            let sharp = feature_edges(surface, dihedral, wanted.features.least_edges);
+            options.features.extend(sharp);
         }
+        options.features.sort_unstable();
+        options.features.dedup();
         let scale = field.scale.as_ref();
         let map = parameterize(surface, &field.field, scale, &options, &session.watch)?;
         Ok(Self { field, map })

@@ -12,9 +12,8 @@ use graticule::periodic::{
 use serde::Serialize;
 
 use crate::arguments::CommonOptions;
-use crate::commands::field::options::parse_number;
 use crate::failure::Failure;
-use crate::field_arguments::FieldArguments;
+use crate::field_arguments::{FieldArguments, parse_number};
 use crate::mesh_output::MeshOutput;
 use crate::outcome::Plan;
 use crate::repair_options::RepairArguments;
@@ -61,7 +60,7 @@ pub(crate) struct Options {
     /// Write what is singular, and the whole numbers between triangles
     #[arg(long, value_name = "FILE.json")]
     pub(super) integers: Option<PathBuf>,
-    #[command(flatten)]
+    #[command(flatten, next_help_heading = "Field")]
     field: FieldArguments,
     #[command(flatten)]
     repair: RepairArguments,

@@ -1,6 +1,6 @@
 //! Maps without flips, whatever the patch, with little distortion.
 //!
-//! A map that is injective by construction ([`start`]) goes down to a minimum of an energy that
+//! A map that is injective by construction ([`mod@start`]) goes down to a minimum of an energy that
 //! grows beyond all bounds where a triangle collapses, by a Newton method ([`newton`]) whose steps
 //! end before the first collapse. The energy of triangles ([`energy`]), the linear system
 //! ([`system`]) and the line search know nothing of each other.
