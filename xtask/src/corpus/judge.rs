@@ -171,7 +171,7 @@ fn last_line(text: &str) -> &str {
     text.lines().last().unwrap_or_default()
 }
 
-/// A refusal tells a fact, then a hint, and leaves no file.
+/// A refusal tells a fact, then a hint, and leaves nothing but a report that says the same.
 fn judge_refusal(run: &Run, folder: &Path) -> Result<(Verdict, String), String> {
     let lines: Vec<&str> = run.stderr.lines().collect();
     let [.., error, hint] = lines[..] else {
@@ -183,13 +183,22 @@ fn judge_refusal(run: &Run, folder: &Path) -> Result<(Verdict, String), String> 
     if !run.stdout.is_empty() {
         return Err("refused, but wrote to standard output".into());
     }
+    let report = read_report(folder)?;
+    if report["error"]["fact"] != fact || !report["result"].is_null() {
+        return Err("refused, but the report tells otherwise".into());
+    }
     let left = fs::read_dir(folder).map_or(0, Iterator::count);
-    if left > 0 {
+    if left > 1 {
         return Err(format!("refused, but left {left} files behind"));
     }
     // The reason without the path, which differs from machine to machine.
     let reason = fact.split_once(": ").map_or(fact, |(_, reason)| reason);
     Ok((Verdict::Refused, reason.to_owned()))
+}
+
+fn read_report(folder: &Path) -> Result<Value, String> {
+    let text = fs::read_to_string(folder.join(REPORT_OUT)).map_err(|_| "no report".to_owned())?;
+    serde_json::from_str(&text).map_err(|error| format!("report: {error}"))
 }
 
 /// A result has a report, and a mesh without NaN that can be read again.
@@ -199,8 +208,7 @@ fn judge_result(
     folder: &Path,
     figures: &mut Figures,
 ) -> Result<(Verdict, String), String> {
-    let text = fs::read_to_string(folder.join(REPORT_OUT)).map_err(|_| "no report".to_owned())?;
-    let report: Value = serde_json::from_str(&text).map_err(|error| format!("report: {error}"))?;
+    let report = read_report(folder)?;
     *figures = figures_of(&report);
     if job.writes_mesh {
         let mesh = fs::read_to_string(folder.join(MESH_OUT)).map_err(|_| "no mesh".to_owned())?;
