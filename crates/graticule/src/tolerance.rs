@@ -406,6 +406,13 @@ pub const SAME_POINT: f64 = 1e-5;
 /// one: less than files of six digits keep.
 pub const SAME_VALUE: f64 = 1e-6;
 
+/// Distance of two singularities of opposite sign, in sides of the quads to come, up to which they
+/// cancel.
+///
+/// The net rounds their difference to whole sides: so close to each other they are drawn apart or
+/// pushed together by a large share of it, and quads between them suffer.
+pub const CLOSE_PAIR_IN_QUADS: f64 = 2.0;
+
 /// Share by which the number of quads may miss the number asked for.
 pub const COUNT_MISS: f64 = 0.03;
 

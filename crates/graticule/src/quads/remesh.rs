@@ -8,11 +8,12 @@ use crate::Hint;
 use crate::field::{
     FieldError, FieldOptions, FieldReport, FieldResult, cross_field, feature_edges,
 };
+use crate::geometry::{face_shapes, total_area};
 use crate::mesh::{EdgeId, PerEdge, Surface};
 use crate::periodic::{
     GridDensity, GridMap, IntegerGridError, IntegerGridOptions, IntegerGridReport, integer_grid_map,
 };
-use crate::tolerance::{COUNT_MISS, FAIR_COUNT_ROUNDS};
+use crate::tolerance::{CLOSE_PAIR_IN_QUADS, COUNT_MISS, FAIR_COUNT_ROUNDS};
 use crate::watch::{Stopped, Watch};
 
 /// Which polygons a quad mesh may have.
@@ -131,7 +132,7 @@ pub fn remesh(
     watch: &Watch,
 ) -> Result<Remeshed, RemeshError> {
     let _stage = watch.stage("remesh");
-    let field = cross_field(surface, &options.field, watch)?;
+    let field = cross_field(surface, &field_options(surface, options), watch)?;
     let features = all_features(surface, &options.field);
     let mut wanted = options.density;
     let mut rounds = 1;
@@ -157,6 +158,21 @@ pub fn remesh(
         field,
         report,
     })
+}
+
+/// The options of the field, where pairs of singularities that the quads have no room for cancel.
+fn field_options(surface: &Surface, options: &RemeshOptions) -> FieldOptions {
+    let side = match options.density {
+        GridDensity::EdgeLength(length) => length,
+        GridDensity::Quads(quads) => (total_area(&face_shapes(surface)) / quads as f64).sqrt(),
+    };
+    // What is no length is refused by the map, which knows the option's name.
+    let side = if side.is_finite() { side } else { 0.0 };
+    let cancel_length = options.field.cancel_length.max(CLOSE_PAIR_IN_QUADS * side);
+    FieldOptions {
+        cancel_length,
+        ..options.field.clone()
+    }
 }
 
 /// The edges that the field is held to as features.

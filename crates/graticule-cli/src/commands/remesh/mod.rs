@@ -43,6 +43,7 @@ pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {
         carry.to_soup()
     };
     let judged = Judged::of(&soup, &repaired, session)?;
+    judged.warn(session);
     outcome.report.result = result_to_report(&made)?;
     outcome.report.measure = judged.to_report()?;
     outcome.remarks = quad_table(&judged.measure, Some(&judged.reference)).to_string();
@@ -73,6 +74,28 @@ impl Judged {
             measure: measure_quads(soup, watch)?,
             reference: compare_to_reference(soup, &repaired.surface, watch)?,
         })
+    }
+
+    /// Tells of quads that are not usable.
+    fn warn(&self, session: &Session) {
+        let quality = self.measure.quality.as_ref();
+        let inverted = quality.map_or(0, |quality| quality.scaled_jacobian.non_positive);
+        for (code, count, what) in [
+            (
+                "inverted-quads",
+                inverted,
+                "quads have a corner of 180° or more",
+            ),
+            (
+                "folds",
+                self.measure.folds,
+                "edges are folds: their polygons face more than 120° apart",
+            ),
+        ] {
+            if count > 0 {
+                session.watch.warn(code, format!("{count} {what}"));
+            }
+        }
     }
 
     fn to_report(&self) -> Result<Value, Failure> {
