@@ -323,7 +323,7 @@ mod tests {
     }
 
     #[test]
-    fn a_refusal_needs_fact_and_hint_and_an_empty_folder() {
+    fn a_refusal_needs_fact_hint_and_report_and_no_other_file() {
         let run = |stderr: &str| Run {
             end: End::Code(1),
             seconds: 0.0,
@@ -332,6 +332,11 @@ mod tests {
         };
         let folder = tempfile::tempdir().unwrap();
         let refused = run("[0.00 s] read\nerror: a.obj: no faces\nhint: export again\n");
+        assert!(judge_refusal(&refused, folder.path()).is_err());
+        let report = |text: &str| fs::write(folder.path().join(REPORT_OUT), text).unwrap();
+        report(r#"{"error": {"fact": "another"}, "result": null}"#);
+        assert!(judge_refusal(&refused, folder.path()).is_err());
+        report(r#"{"error": {"fact": "a.obj: no faces"}, "result": null}"#);
         let (verdict, reason) = judge_refusal(&refused, folder.path()).unwrap();
         assert_eq!((verdict, reason.as_str()), (Verdict::Refused, "no faces"));
         assert!(judge_refusal(&run("no\n"), folder.path()).is_err());
