@@ -8,7 +8,7 @@ use super::rounding::best_whole;
 use super::separation::Guard;
 use super::solver::Parts;
 use super::system::assemble;
-use crate::solve::{DirichletSystem, Placement, SolveError, SymmetricMatrix};
+use crate::solve::{DirichletSystem, Placement, SymmetricMatrix};
 use crate::watch::Watch;
 
 /// The energy of a net over its real unknowns and the free parameters of the whole ones.
@@ -34,7 +34,7 @@ impl BatchSystem {
     pub(super) fn new(
         parts: Parts<'_>,
         (rows, parameters): (&[Form], usize),
-    ) -> Result<Self, SolveError> {
+    ) -> Result<Self, IntegerGridError> {
         let reals = parts.unknowns.reals;
         let whole = |column: u32, factor: f64, terms: &mut Vec<(u32, f64)>| {
             let row = rows[column as usize].terms().iter();

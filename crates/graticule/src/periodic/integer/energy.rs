@@ -2,6 +2,7 @@
 
 use glam::DVec2;
 
+use super::IntegerGridError;
 use super::frames::FaceFrames;
 use crate::geometry::IntrinsicTriangulation;
 use crate::mesh::{HalfedgeId, PerCorner, PerVertex};
@@ -102,6 +103,15 @@ impl NormalEquations {
         }
     }
 
+    /// Refuses more entries off the diagonal than `limit`: sums over many whole unknowns have the
+    /// square of that many.
+    pub(super) fn check_size(&self, limit: usize) -> Result<(), IntegerGridError> {
+        if self.mixed.len() > limit {
+            return Err(IntegerGridError::TooEntangled { limit });
+        }
+        Ok(())
+    }
+
     /// The matrix and the right-hand side.
     pub(super) fn finish(self) -> Result<(SymmetricMatrix, Vec<f64>), SolveError> {
         let diagonal = self.diagonal.iter().enumerate();
@@ -111,5 +121,21 @@ impl NormalEquations {
             diagonal.chain(self.mixed.iter().copied()),
         )?;
         Ok((matrix, self.right_side))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sum_over_many_unknowns_counts_with_the_square_of_its_length() {
+        let mut equations = NormalEquations::new(100);
+        equations.add(1.0, (0..100).map(|column| (column, 1.0)), 0.5);
+        let pairs = 100 * 99 / 2;
+        assert_eq!(equations.check_size(pairs), Ok(()));
+        let limit = pairs - 1;
+        let refused = IntegerGridError::TooEntangled { limit };
+        assert_eq!(equations.check_size(limit), Err(refused));
     }
 }

@@ -63,6 +63,13 @@ pub enum IntegerGridError {
         /// Number of parameters.
         parameters: usize,
     },
+    /// The whole numbers of the net depend on each other so much that the equations of its energy
+    /// would not fit into memory.
+    #[error("the equations of the net have more than {limit} entries")]
+    TooEntangled {
+        /// The most entries allowed.
+        limit: usize,
+    },
     /// The coordinates do not make a map.
     #[error(transparent)]
     Map(#[from] GridMapError),
@@ -89,6 +96,10 @@ impl Hint for IntegerGridError {
             Self::Field { .. } => Some("make the field for this surface, with symmetry 4".into()),
             Self::Turns { .. } | Self::Undetermined { .. } => Some(
                 "repair the mesh first: 'graticule repair' removes triangles without area".into(),
+            ),
+            Self::TooEntangled { .. } => Some(
+                "let lines follow fewer edges, let more singularities cancel, or simplify the mesh"
+                    .into(),
             ),
             Self::Map(error) => error.hint(),
             Self::Geometry(error) => error.hint(),

@@ -62,7 +62,7 @@ impl Solver {
         parts: Parts<'_>,
         parameters: (&[Form], usize),
     ) -> Result<Self, IntegerGridError> {
-        Ok(Self::Batches(BatchSystem::new(parts, parameters)?))
+        BatchSystem::new(parts, parameters).map(Self::Batches)
     }
 
     /// The whole unknowns and the real ones at a density.

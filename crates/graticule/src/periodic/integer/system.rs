@@ -3,11 +3,15 @@
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, Par};
 
+use super::IntegerGridError;
 use super::energy::NormalEquations;
 use super::form::Form;
 use super::solver::Parts;
 use super::unknowns::{Slot, turned};
 use crate::solve::{Cholesky, Graph, Ordering, Pattern, SolveError, SymmetricMatrix};
+
+/// The most entries off the diagonal: 1.6 GB. Six million triangles have so many.
+const MOST_ENTRIES: usize = 1 << 26;
 
 /// The energy of a net as a function of all its unknowns, the real ones before the whole ones.
 pub(super) struct NetSystem {
@@ -33,7 +37,7 @@ pub(super) struct WholeEnergy {
 impl NetSystem {
     /// Assembles and factors. The whole unknowns are eliminated last, so that their part of the
     /// energy stands in the factor.
-    pub(super) fn new(parts: Parts<'_>) -> Result<Self, SolveError> {
+    pub(super) fn new(parts: Parts<'_>) -> Result<Self, IntegerGridError> {
         let reals = parts.unknowns.reals;
         let whole = |column, factor, terms: &mut Vec<(u32, f64)>| {
             terms.push((reals as u32 + column, factor));
@@ -123,7 +127,7 @@ pub(super) fn assemble(
     parts: Parts<'_>,
     count: usize,
     whole: impl Fn(u32, f64, &mut Vec<(u32, f64)>),
-) -> Result<(SymmetricMatrix, Vec<f64>), SolveError> {
+) -> Result<(SymmetricMatrix, Vec<f64>), IntegerGridError> {
     let Parts {
         mesh,
         unknowns,
@@ -153,9 +157,10 @@ pub(super) fn assemble(
             }
             let wish = energy.wishes[halfedge][coordinate];
             equations.add(energy.weights[halfedge], terms.iter().copied(), wish);
+            equations.check_size(MOST_ENTRIES)?;
         }
     }
-    equations.finish()
+    Ok(equations.finish()?)
 }
 
 /// Real unknowns as a mesh wants it, then the whole ones.
