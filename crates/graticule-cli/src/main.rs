@@ -7,6 +7,7 @@ mod commands;
 mod console;
 mod failure;
 mod field_arguments;
+mod lines;
 mod mask;
 mod mesh_input;
 mod mesh_output;

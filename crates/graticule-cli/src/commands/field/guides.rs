@@ -6,12 +6,13 @@ use std::path::Path;
 
 use glam::DVec3;
 use graticule::field::{Guide, GuidePlace, Strength, Stroke};
-use graticule::mesh::{EdgeId, Element, FaceId, NO_VALUE, PolygonSoup, Repaired, VertexId};
+use graticule::mesh::{EdgeId, FaceId, NO_VALUE, PolygonSoup, Repaired, VertexId};
 use graticule_io::read_polylines;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
 use crate::failure::Failure;
+use crate::lines::Lines;
 use crate::output::extension;
 
 /// The guides of a file.
@@ -201,34 +202,7 @@ fn stroke(soup: &PolygonSoup, line: &[u32]) -> Stroke {
 /// What the polylines of the mesh file ask for: edges of the surface where they run along some, and
 /// strokes where they do not.
 pub(crate) fn lines_of_file(soup: &PolygonSoup, repaired: &Repaired) -> (Vec<EdgeId>, Vec<Stroke>) {
-    let (mut edges, mut strokes) = (Vec::new(), Vec::new());
-    if soup.polylines.is_empty() {
-        return (edges, strokes);
-    }
-    let vertices = repaired.mesh_vertices(soup);
-    let mesh = repaired.surface.mesh();
-    let edge = |pair: &[u32]| {
-        let ends = [pair[0], pair[1]].map(|v| vertices.get(v as usize).copied());
-        let [Some(from), Some(to)] = ends.map(|v| v.filter(|&v| v != NO_VALUE)) else {
-            return None;
-        };
-        let is_between = |&edge: &EdgeId| {
-            let [a, b] = mesh
-                .ends(mesh.edge_halfedge(edge))
-                .map(|v| v.index() as u32);
-            [a, b] == [from, to] || [b, a] == [from, to]
-        };
-        let around = mesh.outgoing(VertexId(from)).flat_map(|halfedge| {
-            // The last edge round a boundary vertex only arrives.
-            [halfedge, halfedge.previous()].map(|side| mesh.edge(side))
-        });
-        around.into_iter().find(is_between)
-    };
-    for pair in soup.polylines.iter().flat_map(|line| line.windows(2)) {
-        match edge(pair) {
-            Some(edge) => edges.push(edge),
-            None => strokes.push(stroke(soup, pair)),
-        }
-    }
-    (edges, strokes)
+    let Lines { edges, beside } = Lines::of(soup, repaired);
+    let strokes = beside.iter().map(|segment| stroke(soup, segment));
+    (edges, strokes.collect())
 }

@@ -3,16 +3,15 @@
 use glam::DVec2;
 use graticule::flatten::{Atlas, AtlasOptions, lay_flat};
 use graticule::geometry::dihedral_angles;
-use graticule::mesh::{
-    ComponentId, EdgeId, HalfedgeId, NO_VALUE, PerCorner, PolygonSoup, Repaired, Surface, Topology,
-    TriangleMesh, VertexId, extract_component,
-};
+use graticule::mesh::{EdgeId, HalfedgeId, NO_VALUE, PerCorner, PolygonSoup, Repaired, Surface};
 use serde_json::{Value, json};
 
 use super::Judged;
 use super::atlas_options::{AtlasArguments, SeamArgument};
 use super::options::{Options, Scale};
+use super::piece::component_of;
 use crate::failure::Failure;
+use crate::lines::Lines;
 use crate::mesh_input::Input;
 use crate::outcome::Outcome;
 use crate::report::to_value;
@@ -67,15 +66,7 @@ impl Part {
                 corner_sources: PerCorner::new(whole.mesh().halfedges().collect()),
             });
         };
-        let topology = Topology::of(whole.mesh());
-        let count = topology.components.len();
-        if component as usize >= count {
-            return Err(Failure::new(
-                format!("there is no component {component}: the surface has {count}, from 0 on"),
-                "'graticule info' lists the components",
-            ));
-        }
-        let part = extract_component(whole, &topology, ComponentId(component))?;
+        let part = component_of(whole, component)?;
         Ok(Self {
             surface: part.surface,
             corner_sources: part.corner_sources,
@@ -141,33 +132,13 @@ fn atlas_options(
 
 /// The edges along the file's lines.
 fn line_edges(soup: &PolygonSoup, repaired: &Repaired, session: &Session) -> Vec<EdgeId> {
-    let mesh = repaired.surface.mesh();
-    let vertices = repaired.mesh_vertices(soup);
-    let steps = soup.polylines.iter().flat_map(|line| line.windows(2));
-    let mut missed = 0;
-    let edges = steps.filter_map(|step| {
-        let ends = [step[0], step[1]].map(|vertex| vertices.get(vertex as usize).copied());
-        let edge = match ends {
-            [Some(from), Some(to)] if from != NO_VALUE && to != NO_VALUE => {
-                edge_between(mesh, VertexId(from), VertexId(to))
-            }
-            _ => None,
-        };
-        missed += usize::from(edge.is_none());
-        edge
-    });
-    let edges = edges.collect();
-    if missed > 0 {
+    let Lines { edges, beside } = Lines::of(soup, repaired);
+    if !beside.is_empty() {
+        let missed = beside.len();
         let message = format!("{missed} segments of the file's lines run along no edge");
         session.watch.warn("lines-off-edges", message);
     }
     edges
-}
-
-fn edge_between(mesh: &TriangleMesh, from: VertexId, to: VertexId) -> Option<EdgeId> {
-    let sides = mesh.outgoing(from).flat_map(|side| [side, side.previous()]);
-    let mut edges = sides.filter(|&side| mesh.ends(side).contains(&to));
-    edges.next().map(|side| mesh.edge(side))
 }
 
 /// The edges at which the file's own texture coordinates differ from side to side.

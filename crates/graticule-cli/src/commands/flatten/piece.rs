@@ -1,8 +1,8 @@
 //! The part of a surface that is flattened: all of it, or one component.
 
 use graticule::mesh::{
-    ComponentId, HalfedgeId, NO_VALUE, PerCorner, PerVertex, Repaired, Surface, Topology, VertexId,
-    extract_component,
+    ComponentId, HalfedgeId, NO_VALUE, PerCorner, PerVertex, Repaired, Submesh, Surface, Topology,
+    VertexId, extract_component,
 };
 
 use crate::failure::Failure;
@@ -25,15 +25,7 @@ impl Piece {
         let Some(component) = component else {
             return several_components_told(whole);
         };
-        let topology = Topology::of(whole.mesh());
-        let count = topology.components.len();
-        if component as usize >= count {
-            return Err(Failure::new(
-                format!("there is no component {component}: the surface has {count}, from 0 on"),
-                "'graticule info' lists the components",
-            ));
-        }
-        let part = extract_component(whole, &topology, ComponentId(component))?;
+        let part = component_of(whole, component)?;
         let mut vertices = PerVertex::filled(whole.mesh().vertex_count(), NO_VALUE);
         for (vertex, &source) in part.vertex_sources.enumerate() {
             vertices[source] = vertex.0;
@@ -74,6 +66,19 @@ impl Piece {
     pub(super) fn source(&self, part: VertexId) -> VertexId {
         self.sources.as_ref().map_or(part, |sources| sources[part])
     }
+}
+
+/// A component by its number.
+pub(super) fn component_of(whole: &Surface, component: u32) -> Result<Submesh, Failure> {
+    let topology = Topology::of(whole.mesh());
+    let count = topology.components.len();
+    if component as usize >= count {
+        return Err(Failure::new(
+            format!("there is no component {component}: the surface has {count}, from 0 on"),
+            "'graticule info' lists the components",
+        ));
+    }
+    Ok(extract_component(whole, &topology, ComponentId(component))?)
 }
 
 /// The whole surface, or the advice to choose a component.
