@@ -65,12 +65,6 @@ impl Picture {
             .unwrap_or_else(|| [side(self.columns), side(self.rows())])
     }
 
-    /// The panels, row by row.
-    #[must_use]
-    pub fn panels(&self) -> &[Panel] {
-        &self.panels
-    }
-
     pub(crate) fn rows(&self) -> usize {
         self.panels.len().div_ceil(self.columns).max(1)
     }
