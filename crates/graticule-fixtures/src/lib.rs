@@ -5,6 +5,7 @@
 
 mod closed;
 mod hard;
+mod hostile;
 mod noise;
 mod patches;
 mod quads;
@@ -14,6 +15,7 @@ pub use hard::{
     block_with_holes, cone_closed, ellipsoid, grid_with_flat_triangles, hyperboloid, needles,
     sheared_strip,
 };
+pub use hostile::{Choices, HostileSoup, hostile_soup};
 pub use noise::Noise;
 pub use patches::{
     annulus, bumpy_patch, cone_patch, cylinder_patch, disk, grid, irregular_disk, saddle_patch,

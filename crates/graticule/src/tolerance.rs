@@ -66,6 +66,13 @@ pub const FLIP_SINE: f64 = 1e-14;
 /// share of its cotangents at most, and is set to 0.
 pub const FLIP_SHARE: f64 = 1e-12;
 
+/// How far below zero the sum of the cotangents across from an edge must be for it to be exchanged in
+/// flat pieces of a triangle.
+///
+/// Pieces of a grid have sums of exactly zero but for the rounding of midpoints, and either diagonal
+/// will do.
+pub const COTANGENT_FLIP: f64 = 1e-9;
+
 /// Height over longest side at or below which a triangle in space has no measurable shape.
 ///
 /// A coordinate of the size of the triangle is rounded by up to 2^-53; a triangle this thin is
@@ -412,6 +419,18 @@ pub const SAME_VALUE: f64 = 1e-6;
 /// The net rounds their difference to whole sides: so close to each other they are drawn apart or
 /// pushed together by a large share of it, and quads between them suffer.
 pub const CLOSE_PAIR_IN_QUADS: f64 = 2.0;
+
+/// Longest edge of a triangle, in sides of the quads wanted, that is not cut before they are laid.
+///
+/// Field and map are linear in a triangle: quads much smaller than it could only be sheared copies of
+/// each other, and corners of a cube of twelve triangles would have no room for a singularity.
+pub const LONGEST_EDGE_IN_QUADS: f64 = 1.0;
+
+/// Triangles that cutting may add for each quad wanted.
+///
+/// Round triangles need about 5; this leaves room for slender ones, and keeps a model of long
+/// needles from taking all memory.
+pub const TRIANGLES_PER_QUAD: f64 = 20.0;
 
 /// Share by which the number of quads may miss the number asked for.
 pub const COUNT_MISS: f64 = 0.03;

@@ -1,130 +1,39 @@
-//! What to run on a file, and whether it ended as promised.
+//! Whether a run ended as promised.
 
-use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
 use serde_json::Value;
 
+use super::jobs::{Job, MESH_OUT, MESH_OUT_AGAIN, PICTURE_OUT, Promise, REPORT_OUT};
 use super::run::{End, Program, Run};
-use super::table::{Cell, Figures, Row, Table, Verdict};
-use crate::Trouble;
-use crate::source::read;
+use super::table::{Cell, Figures, Verdict};
 
-/// A run of the command on one file.
-struct Job {
-    name: &'static str,
-    /// Arguments, without the file, the output and the report.
-    arguments: &'static [&'static str],
-    writes_mesh: bool,
-    promises_no_flip: bool,
-}
-
-const INFO: Job = Job {
-    name: "info",
-    arguments: &["info"],
-    writes_mesh: false,
-    promises_no_flip: false,
-};
-
-const REPAIR: Job = Job {
-    name: "repair",
-    arguments: &["repair"],
-    writes_mesh: true,
-    promises_no_flip: false,
-};
-
-const NATURAL: Job = flattening("natural", &["flatten", "--method", "natural"], false);
-
-/// Crosses on whatever the surface is; the mesh written has them as lines.
-const FIELD: Job = Job {
-    name: "field",
-    arguments: &["field"],
-    writes_mesh: true,
-    promises_no_flip: false,
-};
-
-/// Vectors and lines, on models of which something is expected. Each run checks that the indices sum
-/// to the Euler characteristic.
-const ON_MODELS: [Job; 2] = [
-    Job {
-        name: "field-1",
-        arguments: &["field", "--symmetry", "1"],
-        ..FIELD
-    },
-    Job {
-        name: "field-2",
-        arguments: &["field", "--symmetry", "2"],
-        ..FIELD
-    },
-];
-
-/// What is run on patches beside the natural map. Positive weights on the patch's own edges and a
-/// convex boundary exclude flips (Tutte 1963, Floater 2003).
-const ON_PATCHES: [Job; 4] = [
-    flattening("spectral", &["flatten", "--method", "spectral"], false),
-    flattening(
-        "fixed-delaunay",
-        &["flatten", "--method", "fixed", "--intrinsic-delaunay"],
-        // Theory speaks of the intrinsic triangles, not of the patch's own.
-        false,
-    ),
-    flattening(
-        "fixed-mean-value",
-        &["flatten", "--method", "fixed", "--weights", "mean-value"],
-        true,
-    ),
-    flattening(
-        "fixed-uniform",
-        &["flatten", "--method", "fixed", "--weights", "uniform"],
-        true,
-    ),
-];
-
-const fn flattening(
-    name: &'static str,
-    arguments: &'static [&'static str],
-    promises_no_flip: bool,
-) -> Job {
-    Job {
-        name,
-        arguments,
-        writes_mesh: true,
-        promises_no_flip,
-    }
-}
-
-/// Runs everything that a file is for.
-pub(super) fn run_file(program: &Program, folder: &Path, file: &str) -> Row {
-    let is_patch = file.contains("disks/");
-    let on_patches = if is_patch { &ON_PATCHES[..] } else { &[] };
-    let is_model = file.starts_with("dev/") && !is_patch;
-    let on_models = if is_model { &ON_MODELS[..] } else { &[] };
-    let jobs = [INFO, REPAIR, NATURAL, FIELD];
-    let cells = jobs.iter().chain(on_models).chain(on_patches);
-    Row {
-        file: file.to_owned(),
-        cells: cells
-            .map(|job| run_job(program, &folder.join(file), job))
-            .collect(),
-    }
-}
-
-fn run_job(program: &Program, mesh: &Path, job: &Job) -> Cell {
+/// Runs a job on a mesh; a picture it draws is kept as `picture`.
+pub(super) fn run_job(program: &Program, mesh: &Path, job: &Job, picture: &Path) -> Cell {
     let mut cell = Cell {
         run: job.name,
         verdict: Verdict::Bad,
         reason: String::new(),
         seconds: 0.0,
         figures: Figures::default(),
-        promises_no_flip: job.promises_no_flip,
+        promises_no_flip: job.promise == Promise::NoFlip,
     };
+    // A picture of an earlier corpus run is not this one's.
+    let _ = fs::remove_file(picture);
     let judged = tempfile::tempdir()
         .map_err(|error| error.to_string())
         .and_then(|folder| {
-            let run = program.run(&arguments(job, mesh), folder.path());
+            let run = program.run(&job.arguments(mesh), folder.path());
             cell.seconds = run.seconds;
-            judge(program, job, &run, folder.path(), &mut cell.figures)
+            let judged = judge(program, job, &run, folder.path(), &mut cell.figures)?;
+            if judged.0 != Verdict::Refused {
+                if job.runs_twice {
+                    compare_second_run(program, job, mesh, folder.path())?;
+                }
+                keep_picture(job, folder.path(), picture)?;
+            }
+            Ok(judged)
         });
     match judged {
         Ok((verdict, reason)) => (cell.verdict, cell.reason) = (verdict, reason),
@@ -133,17 +42,32 @@ fn run_job(program: &Program, mesh: &Path, job: &Job) -> Cell {
     cell
 }
 
-const MESH_OUT: &str = "out.obj";
-const REPORT_OUT: &str = "report.json";
-
-fn arguments<'a>(job: &Job, mesh: &'a Path) -> Vec<&'a str> {
-    let mut arguments: Vec<&str> = job.arguments.to_vec();
-    arguments.push(mesh.to_str().unwrap_or_default());
-    arguments.extend(["--threads", "1", "--report", REPORT_OUT]);
-    if job.writes_mesh {
-        arguments.extend(["-o", MESH_OUT]);
+/// The same bytes for two threads as for one.
+fn compare_second_run(
+    program: &Program,
+    job: &Job,
+    mesh: &Path,
+    folder: &Path,
+) -> Result<(), String> {
+    let run = program.run(&job.arguments_again(mesh), folder);
+    if !matches!(run.end, End::Code(0)) {
+        let reason = last_line(&run.stderr);
+        return Err(format!("with two threads it fails: {reason}"));
     }
-    arguments
+    let read = |name: &str| fs::read(folder.join(name)).map_err(|error| error.to_string());
+    if read(MESH_OUT)? != read(MESH_OUT_AGAIN)? {
+        return Err("two threads give another mesh than one".into());
+    }
+    Ok(())
+}
+
+fn keep_picture(job: &Job, folder: &Path, picture: &Path) -> Result<(), String> {
+    if !job.draws() {
+        return Ok(());
+    }
+    fs::copy(folder.join(PICTURE_OUT), picture)
+        .map(|_| ())
+        .map_err(|error| format!("no picture: {error}"))
 }
 
 /// The verdict with its reason; an error where the end breaks a promise.
@@ -210,7 +134,10 @@ fn judge_result(
 ) -> Result<(Verdict, String), String> {
     let report = read_report(folder)?;
     *figures = figures_of(&report);
-    if job.writes_mesh {
+    if job.promise == Promise::SoundQuads {
+        check_quads(&report)?;
+    }
+    if job.writes_mesh() {
         let mesh = fs::read_to_string(folder.join(MESH_OUT)).map_err(|_| "no mesh".to_owned())?;
         if let Some(line) = first_line_with_nan(&mesh) {
             return Err(format!("the mesh written has '{line}'"));
@@ -229,10 +156,38 @@ fn judge_result(
     Ok((verdict, String::new()))
 }
 
+/// Faults of a quad mesh that no shape of the surface excuses.
+fn check_quads(report: &Value) -> Result<(), String> {
+    let quads = "/measure/quads";
+    // Vertices on the edges of others are no fault in themselves: sheets may touch each other.
+    let none = ["duplicate_polygons", "unused_vertices"];
+    let none = none.map(|key| (format!("{quads}/connections/{key}"), Value::from(0)));
+    let others = [
+        (format!("{quads}/connections/manifold"), Value::from(true)),
+        (format!("{quads}/polygons/triangles"), Value::from(0)),
+        (format!("{quads}/polygons/larger"), Value::from(0)),
+        ("/measure/reference/topology_kept".into(), Value::from(true)),
+    ];
+    for (key, wanted) in none.into_iter().chain(others) {
+        let found = report.pointer(&key).unwrap_or(&Value::Null);
+        if *found != wanted {
+            return Err(format!("{key} is {found}, not {wanted}"));
+        }
+    }
+    Ok(())
+}
+
+/// Where the reports of the commands count elements that are turned over.
+const FLIPPED: [&str; 3] = [
+    "/measure/faces/flipped",
+    "/measure/quads/quality/scaled_jacobian/non_positive",
+    "/result/inverted_faces",
+];
+
 fn figures_of(report: &Value) -> Figures {
     let count = |key: &str| report.pointer(key).and_then(Value::as_u64);
     Figures {
-        flipped: count("/measure/faces/flipped"),
+        flipped: FLIPPED.iter().find_map(|key| count(key)),
         residual: ["/result/residual", "/result/smoothing/residual"]
             .iter()
             .find_map(|key| report.pointer(key).and_then(Value::as_f64)),
@@ -257,55 +212,6 @@ fn first_line_with_nan(mesh: &str) -> Option<&str> {
         let mut words = line.split_whitespace().skip(1);
         words.any(|word| !word.parse::<f64>().is_ok_and(f64::is_finite))
     })
-}
-
-/// The verdicts that `broken/expected.csv` allows, by file relative to the corpus.
-pub(super) fn expectations(folder: &Path) -> Result<BTreeMap<String, String>, Trouble> {
-    let mut expectations = BTreeMap::new();
-    for prefix in ["", "broken/"] {
-        let table = folder.join(prefix).join("expected.csv");
-        if !table.is_file() {
-            continue;
-        }
-        for line in read(&table)?.lines().skip(1) {
-            let mut cells = line.splitn(4, ',');
-            if let (Some(file), Some(verdict)) = (cells.next(), cells.nth(1)) {
-                expectations.insert(format!("{prefix}{file}"), verdict.to_owned());
-            }
-        }
-    }
-    Ok(expectations)
-}
-
-/// Files that `repair` did not treat as expected: `accept` and `repair` want a mesh, the latter
-/// one that is told of, `refuse` a refusal.
-pub(super) fn unmet_expectations(
-    table: &Table,
-    expectations: &BTreeMap<String, String>,
-) -> Vec<String> {
-    let mut faults = Vec::new();
-    for row in &table.rows {
-        let Some(expected) = expectations.get(&row.file) else {
-            continue;
-        };
-        let repaired = row.cells.iter().find(|cell| cell.run == REPAIR.name);
-        let Some(cell) = repaired.filter(|cell| cell.verdict != Verdict::Bad) else {
-            continue;
-        };
-        let meets = |word: &str| match word {
-            "accept" => cell.verdict != Verdict::Refused,
-            "repair" => cell.verdict == Verdict::OkWithRemarks,
-            "refuse" => cell.verdict == Verdict::Refused,
-            _ => false,
-        };
-        if !expected.split('|').any(meets) {
-            faults.push(format!(
-                "{}: expected {expected}, but repair ended '{}' {}",
-                row.file, cell.verdict, cell.reason
-            ));
-        }
-    }
-    faults
 }
 
 #[cfg(test)]

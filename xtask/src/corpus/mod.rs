@@ -1,11 +1,15 @@
 //! Runs every mesh of a folder through the command, each run in a process of its own with a limit
 //! on time and memory, judges what comes out, and compares it with the accepted table.
 
+mod expectations;
+mod jobs;
 mod judge;
 mod run;
+mod sheet;
 mod table;
 
 use std::collections::BTreeMap;
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -16,6 +20,7 @@ use clap::Args;
 
 use crate::Trouble;
 use crate::source::read;
+use jobs::Job;
 use run::{Limits, Program};
 use table::{Row, Table};
 
@@ -33,6 +38,9 @@ pub(crate) struct Options {
     /// Only files whose path contains this text (nothing is accepted then)
     #[arg(long, value_name = "TEXT")]
     only: Option<String>,
+    /// Leave slow runs out on large files (nothing is accepted then)
+    #[arg(long)]
+    selection: bool,
     /// Runs at the same time
     #[arg(long, default_value_t = 2, value_name = "N")]
     jobs: usize,
@@ -66,9 +74,18 @@ pub(crate) fn run(root: &Path, options: &Options) -> Result<String, Trouble> {
         },
     };
     let files = mesh_files(&folder, options.only.as_deref())?;
-    let expectations = judge::expectations(&folder)?;
-    let rows = run_all(&program, &folder, &files, options.jobs);
-    let table = Table::new(rows);
+    let expectations = expectations::expectations(&folder)?;
+    let out = crate::target_folder(root).join("corpus");
+    let pictures = out.join("pictures");
+    fs::create_dir_all(&pictures).map_err(|error| Trouble::reading(&pictures, &error))?;
+    let corpus = Corpus {
+        program,
+        folder,
+        pictures,
+        selection: options.selection,
+    };
+    let table = Table::new(corpus.run_all(&files, options.jobs));
+    sheet::write(&out, &table)?;
     finish(root, options, &table, &expectations)
 }
 
@@ -94,24 +111,49 @@ fn mesh_files(folder: &Path, only: Option<&str>) -> Result<Vec<String>, Trouble>
     Ok(files)
 }
 
-/// Runs the files in order, as many at a time as there are jobs.
-fn run_all(program: &Program, folder: &Path, files: &[String], jobs: usize) -> Vec<Row> {
-    let next = AtomicUsize::new(0);
-    let rows = Mutex::new(BTreeMap::new());
-    thread::scope(|scope| {
-        for _ in 0..jobs.max(1) {
-            scope.spawn(|| {
-                while let Some(file) = files.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    let row = judge::run_file(program, folder, file);
-                    eprintln!("{row}");
-                    let mut rows = rows.lock().unwrap_or_else(PoisonError::into_inner);
-                    rows.insert(file.clone(), row);
-                }
-            });
+/// What all runs share.
+struct Corpus {
+    program: Program,
+    folder: PathBuf,
+    /// Where pictures are kept.
+    pictures: PathBuf,
+    selection: bool,
+}
+
+impl Corpus {
+    /// Runs the files in order, as many at a time as there are jobs.
+    fn run_all(&self, files: &[String], jobs: usize) -> Vec<Row> {
+        let next = AtomicUsize::new(0);
+        let rows = Mutex::new(BTreeMap::new());
+        thread::scope(|scope| {
+            for _ in 0..jobs.max(1) {
+                scope.spawn(|| {
+                    while let Some(file) = files.get(next.fetch_add(1, Ordering::Relaxed)) {
+                        let row = self.run_file(file);
+                        eprintln!("{row}");
+                        let mut rows = rows.lock().unwrap_or_else(PoisonError::into_inner);
+                        rows.insert(file.clone(), row);
+                    }
+                });
+            }
+        });
+        let rows = rows.into_inner().unwrap_or_else(PoisonError::into_inner);
+        rows.into_values().collect()
+    }
+
+    fn run_file(&self, file: &str) -> Row {
+        let path = self.folder.join(file);
+        let bytes = fs::metadata(&path).map_or(0, |data| data.len());
+        let jobs = jobs::jobs_for(file, bytes, self.selection);
+        let run = |job: &Job| {
+            let picture = self.pictures.join(sheet::picture_name(file, job.name));
+            judge::run_job(&self.program, &path, job, &picture)
+        };
+        Row {
+            file: file.to_owned(),
+            cells: jobs.iter().map(run).collect(),
         }
-    });
-    let rows = rows.into_inner().unwrap_or_else(PoisonError::into_inner);
-    rows.into_values().collect()
+    }
 }
 
 /// Writes the tables and compares them with what was promised and accepted before.
@@ -123,11 +165,12 @@ fn finish(
 ) -> Result<String, Trouble> {
     let out = crate::target_folder(root).join("corpus");
     table.write(&out)?;
-    println!("{}", table.to_markdown());
+    println!("{}\n{}", table.to_markdown(), table.slowest());
     let mut faults = table.broken_promises();
-    faults.extend(judge::unmet_expectations(table, expectations));
+    faults.extend(expectations::unmet_expectations(table, expectations));
     let accepted = root.join("xtask/corpus.json");
-    if options.accept && options.only.is_none() {
+    let whole = options.only.is_none() && !options.selection;
+    if options.accept && whole {
         table.accept(&accepted)?;
     } else if accepted.is_file() {
         let accepted = Table::accepted(&read(&accepted)?)?;

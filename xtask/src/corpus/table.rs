@@ -13,6 +13,9 @@ use crate::Trouble;
 /// Largest relative residual of a linear solve that a flattening may report.
 const LARGEST_RESIDUAL: f64 = 1e-9;
 
+/// How many of the slowest runs are named.
+const SLOWEST: usize = 8;
+
 /// How a run ended, judged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -132,6 +135,16 @@ impl Table {
             );
         }
         text
+    }
+
+    /// The runs that took longest, one a line.
+    pub(super) fn slowest(&self) -> String {
+        let mut cells: Vec<_> = self.cells().collect();
+        cells.sort_by(|a, b| b.1.seconds.total_cmp(&a.1.seconds));
+        let line = |(file, cell): &(&str, &Cell)| {
+            format!("slow: {file}, {}: {:.1} s\n", cell.run, cell.seconds)
+        };
+        cells.iter().take(SLOWEST).map(line).collect()
     }
 
     /// Writes the table as Markdown and JSON into a folder.

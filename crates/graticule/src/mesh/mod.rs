@@ -19,6 +19,7 @@ mod measures;
 mod point_tree;
 mod polygon;
 mod polygon_connectivity;
+mod refine;
 mod repair;
 mod seams;
 mod sentence;
@@ -43,6 +44,7 @@ pub(crate) use measures::{largest_of, length};
 pub(crate) use point_tree::PointTree;
 pub use polygon::triangulate_polygon;
 pub(crate) use polygon_connectivity::PolygonConnectivity;
+pub use refine::{Refinement, refine, refined_count};
 pub use repair::{
     NonFinite, NonOrientable, RepairChanges, RepairError, RepairOptions, Repaired, Weld, repair,
 };

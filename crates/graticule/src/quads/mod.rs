@@ -12,6 +12,7 @@ mod doublets;
 mod edge_nodes;
 mod error;
 mod extract;
+mod finer;
 mod line;
 mod overlay;
 mod partition;

@@ -1,5 +1,6 @@
 use serde::Serialize;
 
+use super::finer::finer_surface;
 use super::{
     CutReport, Net, PolygonMesh, QuadsError, ShapeError, ShapeOptions, ShapeReport,
     extract_polygons, pure_quads, quad_dominant, shape,
@@ -74,11 +75,14 @@ pub struct RemeshReport {
 }
 
 /// A quad mesh on a surface.
+///
+/// Triangles longer than the sides of the quads leave field and map no room. They are cut for the
+/// way to the quads; origins are on the surface given.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Remeshed {
     /// The mesh.
     pub mesh: PolygonMesh,
-    /// The field that it follows.
+    /// The field that it follows, on the surface or the one with smaller triangles.
     pub field: FieldResult,
     /// The figures.
     pub report: RemeshReport,
@@ -132,6 +136,23 @@ pub fn remesh(
     watch: &Watch,
 ) -> Result<Remeshed, RemeshError> {
     let _stage = watch.stage("remesh");
+    let Some(finer) = finer_surface(surface, options, watch)? else {
+        return remesh_fine(surface, options, watch);
+    };
+    let options = finer.translated(options);
+    let mut made = remesh_fine(&finer.refinement.surface, &options, watch)?;
+    for origin in &mut made.mesh.origins {
+        *origin = finer.refinement.to_original(*origin);
+    }
+    Ok(made)
+}
+
+/// [`remesh`] on triangles that are small enough.
+fn remesh_fine(
+    surface: &Surface,
+    options: &RemeshOptions,
+    watch: &Watch,
+) -> Result<Remeshed, RemeshError> {
     let field = cross_field(surface, &field_options(surface, options), watch)?;
     let features = all_features(surface, &options.field);
     let mut wanted = options.density;
@@ -162,17 +183,22 @@ pub fn remesh(
 
 /// The options of the field, where pairs of singularities that the quads have no room for cancel.
 fn field_options(surface: &Surface, options: &RemeshOptions) -> FieldOptions {
-    let side = match options.density {
-        GridDensity::EdgeLength(length) => length,
-        GridDensity::Quads(quads) => (total_area(&face_shapes(surface)) / quads as f64).sqrt(),
-    };
-    // What is no length is refused by the map, which knows the option's name.
-    let side = if side.is_finite() { side } else { 0.0 };
+    let side = side_length(surface, options.density);
     let cancel_length = options.field.cancel_length.max(CLOSE_PAIR_IN_QUADS * side);
     FieldOptions {
         cancel_length,
         ..options.field.clone()
     }
+}
+
+/// The side of a quad, or 0 where the density is none: the map, which knows the option's name,
+/// refuses that.
+pub(super) fn side_length(surface: &Surface, density: GridDensity) -> f64 {
+    let side = match density {
+        GridDensity::EdgeLength(length) => length,
+        GridDensity::Quads(quads) => (total_area(&face_shapes(surface)) / quads as f64).sqrt(),
+    };
+    if side.is_finite() { side } else { 0.0 }
 }
 
 /// The edges that the field is held to as features.
