@@ -111,7 +111,10 @@ fn check_quads(input: &PolygonSoup, repaired: &Repaired) {
         origins: &quads.mesh.origins,
     };
     let soup = carry.to_soup();
-    let measure = measure_quads(&soup, &watch()).expect("a mesh that can be measured");
+    let measure = match measure_quads(&soup, &watch()) {
+        Ok(measure) => measure,
+        Err(error) => return refused(&error),
+    };
     let connections = &measure.connections;
     assert!(connections.manifold && connections.unused_vertices == 0);
     assert_eq!(measure.polygons.quads, measure.polygons.total);

@@ -14,7 +14,8 @@ use crate::watch::Watch;
 const OPERATIONS: usize = 32;
 
 /// Removes triangles without area from an oriented manifold draft where the surface stays as it
-/// is. Returns whether anything was changed: a triangle dropped may leave a bow-tie behind.
+/// is. Returns whether anything was changed: a triangle dropped may leave a bow-tie behind, and the
+/// way free to others once that is parted.
 pub(super) fn remove_degenerate(
     draft: &mut Draft,
     changes: &mut RepairChanges,
@@ -29,6 +30,7 @@ pub(super) fn remove_degenerate(
     let mut waiting = VecDeque::from(flat);
     let mut stuck = Vec::new();
     let mut progress = false;
+    let mut changed = false;
     loop {
         let Some(triangle) = waiting.pop_front() else {
             if !std::mem::replace(&mut progress, false) {
@@ -48,15 +50,14 @@ pub(super) fn remove_degenerate(
             continue;
         }
         if surgery.treat(triangle, &mut waiting) {
-            progress = true;
+            (progress, changed) = (true, true);
         } else {
             stuck.push(triangle);
         }
     }
     let alive = surgery.alive;
     draft.retain(&alive);
-    drop_flat_components(draft, changes);
-    Ok(true)
+    Ok(changed)
 }
 
 fn flat_triangles(draft: &Draft) -> Vec<u32> {
@@ -72,8 +73,9 @@ fn is_flat(draft: &Draft, triangle: u32) -> bool {
     shape.height <= tolerance::NO_AREA_HEIGHT
 }
 
-/// Components all of whose triangles are without area hold no surface.
-fn drop_flat_components(draft: &mut Draft, changes: &mut RepairChanges) {
+/// Drops components all of whose triangles are without area, as they hold no surface, and tells of
+/// such triangles that are left in others.
+pub(super) fn drop_flat_components(draft: &mut Draft, changes: &mut RepairChanges) {
     let flat = flat_triangles(draft);
     if flat.is_empty() {
         return;

@@ -31,6 +31,9 @@ use super::gluing::EdgeUses;
 use super::{PerCorner, PerFace, PerVertex, PolygonSoup, Surface, TriangleMesh};
 use crate::watch::Watch;
 
+/// How often triangles without area are looked for anew after others were removed. Twice is rare.
+const DEGENERATE_ROUNDS: usize = 8;
+
 /// Whether vertices at exactly the same position become one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -161,9 +164,13 @@ pub fn repair(
     watch.check()?;
     orient::orient(&mut draft, twins, *options, &mut changes)?;
     watch.check()?;
-    if degenerate::remove_degenerate(&mut draft, &mut changes, watch)? {
+    for _ in 0..DEGENERATE_ROUNDS {
+        if !degenerate::remove_degenerate(&mut draft, &mut changes, watch)? {
+            break;
+        }
         manifold::make_manifold(&mut draft, &mut changes, watch)?;
     }
+    degenerate::drop_flat_components(&mut draft, &mut changes);
     watch.check()?;
     warn(&changes, watch);
     finish(draft, changes)
