@@ -8,7 +8,7 @@ use super::coverage::{self, Coverage};
 use super::distortion::{self, Distortion};
 use super::face::{self, FaceDistortion, FaceState};
 use super::islands::{Island, IslandLoop, Islands, NO_ISLAND};
-use super::overlap;
+use super::overlap::{self, Crossings};
 use super::statistics;
 use super::uv_map::UvMap;
 use crate::mesh::{FaceId, HalfedgeId, PerCorner, PerFace, Surface, VertexId};
@@ -111,7 +111,8 @@ pub struct Overlap {
     /// covered twice. An estimate likewise.
     pub excess: f64,
     /// The number of evenly spaced lines across the map on which the covered lengths were
-    /// measured. A region of perimeter P is known to within P times half their distance.
+    /// measured; 0 where [`any`](Self::any) is false. A region of perimeter P is known to within P
+    /// times half their distance.
     pub scan_lines: usize,
 }
 
@@ -265,15 +266,23 @@ fn measure_overlap(
     faces: &[FaceDistortion],
     watch: &Watch,
 ) -> Result<OverlapFound, MeasureError> {
-    let crossings = overlap::count_crossings(map, watch)?;
     let overlapping_faces = overlap::find_overlap(map, islands, watch)?;
-    let mut coverage = coverage::scan(map, watch)?;
-    if overlapping_faces.is_none() {
+    let is_apart = overlapping_faces.is_none();
+    // Where two border edges cross, the triangles at them overlap, if they have an area.
+    let crossings = if is_apart && map.has_area_everywhere() {
+        Crossings::NONE
+    } else {
+        overlap::count_crossings(map, watch)?
+    };
+    let coverage = if is_apart {
         // Nothing is covered twice: the areas of the triangles are the covered area.
-        coverage.covered = statistics::sum(faces, |face| face.uv_area);
-        coverage.overlapped = 0.0;
-        coverage.excess = 0.0;
-    }
+        Coverage {
+            covered: statistics::sum(faces, |face| face.uv_area),
+            ..Coverage::default()
+        }
+    } else {
+        coverage::scan(map, watch)?
+    };
     let share = |area: f64| {
         if coverage.covered > 0.0 {
             area / coverage.covered
