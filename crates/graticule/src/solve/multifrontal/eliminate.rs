@@ -156,7 +156,7 @@ impl<'a> Elimination<'a> {
         let update = &mut square[..count];
         panel.update_into(update);
         self.for_each_child(children, |places, child| {
-            panel.pass_on(update, places, child)
+            panel.pass_on(update, places, child);
         });
         T::stack(self).square = square;
         self.forget(children);
