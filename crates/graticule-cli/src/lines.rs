@@ -35,11 +35,7 @@ impl Lines {
 }
 
 fn edge_between(mesh: &TriangleMesh, from: VertexId, to: VertexId) -> Option<EdgeId> {
-    // The last edge round a boundary vertex only arrives.
-    let sides = mesh.outgoing(from).flat_map(|side| [side, side.previous()]);
-    let mut joining = sides.filter(|&side| {
-        let [a, b] = mesh.ends(side);
-        [a, b] == [from, to] || [b, a] == [from, to]
-    });
-    joining.next().map(|side| mesh.edge(side))
+    let side = mesh.halfedge_between(from, to);
+    let side = side.or_else(|| mesh.halfedge_between(to, from));
+    side.map(|side| mesh.edge(side))
 }

@@ -3,12 +3,44 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use clap::Args;
 use graticule::mesh::PolygonSoup;
 use graticule_io::{Format, UnknownFormat, WriteOptions, has_uv_per_vertex, write_to_with};
+use serde::{Serialize, Serializer};
 
 use crate::failure::Failure;
 use crate::output::{extension, write_whole};
 use crate::session::Session;
+
+/// The mesh that a command reads, and the one that it writes.
+#[derive(Args, Clone, Debug, Serialize)]
+pub(crate) struct MeshPaths {
+    /// The mesh (.obj, .ply, .off, .stl, .glb, .gltf); - is standard input
+    #[arg(value_name = "MESH")]
+    pub(crate) mesh: PathBuf,
+    /// Where to write the result (.obj, .ply, .off, .stl, .glb); - is standard output
+    #[arg(long, short, value_name = "OUT")]
+    pub(crate) output: PathBuf,
+    /// Format to write, if OUT's ending does not tell
+    #[arg(long, value_name = "FORMAT", value_parser = parse_format)]
+    #[serde(
+        serialize_with = "format_name",
+        skip_serializing_if = "Option::is_none"
+    )]
+    format: Option<Format>,
+}
+
+impl MeshPaths {
+    /// Settles place and format of the result; nothing is touched.
+    pub(crate) fn output(&self) -> Result<MeshOutput, Failure> {
+        MeshOutput::new(&self.output, self.format)
+    }
+}
+
+#[allow(clippy::ref_option, reason = "the signature is serde's")]
+fn format_name<S: Serializer>(format: &Option<Format>, serializer: S) -> Result<S::Ok, S::Error> {
+    format.map(Format::extension).serialize(serializer)
+}
 
 /// Standard output's name on the command line.
 const STDOUT: &str = "-";
@@ -122,7 +154,7 @@ impl MeshOutput {
 }
 
 /// A format by the ending of file names.
-pub(crate) fn parse_format(name: &str) -> Result<Format, String> {
+fn parse_format(name: &str) -> Result<Format, String> {
     name.parse()
         .map_err(|error: UnknownFormat| error.to_string())
 }

@@ -54,9 +54,9 @@ pub(crate) fn put_at_corners(
     let mut corner_values = Vec::with_capacity(soup.polygons.corner_count());
     for polygon in soup.polygons.iter() {
         for (index, &vertex) in polygon.iter().enumerate() {
-            let next = VertexId(polygon[(index + 1) % polygon.len()]);
-            let mut sides = mesh.outgoing(VertexId(vertex));
-            corner_values.push(value(sides.find(|&side| mesh.destination(side) == next)));
+            let next = polygon[(index + 1) % polygon.len()];
+            let side = mesh.halfedge_between(VertexId(vertex), VertexId(next));
+            corner_values.push(value(side));
         }
     }
     with_first_set(soup, uvs, corner_values)

@@ -28,6 +28,12 @@ pub enum ReadError {
         /// The first bytes, in quotes.
         beginning: String,
     },
+    /// A file of another kind, which is known by its first bytes.
+    #[error("the file is {}", .kind)]
+    OtherKind {
+        /// What it is.
+        kind: OtherKind,
+    },
     /// Text in 16-bit characters.
     #[error("the file looks like UTF-16 text")]
     Utf16,
@@ -72,6 +78,41 @@ impl ReadError {
             format,
             place,
             problem,
+        }
+    }
+}
+
+/// A kind of file that takes the place of meshes now and then.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OtherKind {
+    /// Packed by gzip, bzip2, xz or zstd, or an archive of several files.
+    Packed(&'static str),
+    /// A page that tells of the download instead of the download.
+    WebPage,
+    /// The placeholder of a file that Git keeps elsewhere.
+    LargeFilePointer,
+    /// A scene in a format of other tools.
+    Scene(&'static str),
+}
+
+impl fmt::Display for OtherKind {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Packed(by) => write!(formatter, "packed ({by})"),
+            Self::WebPage => write!(formatter, "a web page"),
+            Self::LargeFilePointer => write!(formatter, "a pointer of Git LFS and not the mesh"),
+            Self::Scene(of) => write!(formatter, "a scene of {of}"),
+        }
+    }
+}
+
+impl OtherKind {
+    fn hint(self) -> &'static str {
+        match self {
+            Self::Packed(_) => "unpack it first",
+            Self::WebPage => "download the file itself",
+            Self::LargeFilePointer => "fetch the mesh: git lfs pull",
+            Self::Scene(_) => "export the mesh from there as OBJ, PLY, OFF, STL or GLB",
         }
     }
 }
@@ -348,6 +389,7 @@ impl Hint for ReadError {
             Self::WrongContent { .. } => {
                 "the name and the content disagree: check how the file came about"
             }
+            Self::OtherKind { kind } => kind.hint(),
             Self::Utf16 => "save the file as UTF-8 or plain ASCII",
             Self::Unsupported { .. } => "export the mesh without it, or as another format",
             Self::NoFaces { holds } if holds.points > 0 => {

@@ -6,7 +6,7 @@ use std::str::FromStr;
 use glam::DVec2;
 
 use crate::ReadError;
-use crate::error::quoted;
+use crate::error::{OtherKind, quoted};
 
 /// A format of mesh files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -114,6 +114,10 @@ pub(crate) fn detect(head: &[u8], size: u64, hint: Option<Format>) -> Result<For
     if looks_like_utf16(head) {
         return Err(ReadError::Utf16);
     }
+    // The header of a binary STL file may begin with anything.
+    if let Some(kind) = other_kind(head).filter(|_| !is_binary_stl(head, size)) {
+        return Err(ReadError::OtherKind { kind });
+    }
     if let Some(format) = by_content(head, size) {
         return Ok(format);
     }
@@ -132,6 +136,31 @@ pub(crate) fn detect(head: &[u8], size: u64, hint: Option<Format>) -> Result<For
             beginning: quoted(head),
         }),
     }
+}
+
+/// The kind of a file that is known and holds no mesh that can be read.
+fn other_kind(head: &[u8]) -> Option<OtherKind> {
+    const KINDS: [(&[u8], OtherKind); 9] = [
+        (b"\x1f\x8b", OtherKind::Packed("gzip")),
+        (b"PK\x03\x04", OtherKind::Packed("ZIP archive")),
+        (b"BZh", OtherKind::Packed("bzip2")),
+        (b"\xfd7zXZ\0", OtherKind::Packed("xz")),
+        (b"\x28\xb5\x2f\xfd", OtherKind::Packed("zstd")),
+        (b"version https://git-lfs", OtherKind::LargeFilePointer),
+        (b"BLENDER", OtherKind::Scene("Blender")),
+        (b"Kaydara FBX", OtherKind::Scene("FBX")),
+        (b"; FBX", OtherKind::Scene("FBX")),
+    ];
+    let text = head.trim_ascii_start();
+    let is_page = [b"<!DOCTYPE html".as_slice(), b"<html"]
+        .iter()
+        .any(|start| {
+            let beginning = text.get(..start.len());
+            beginning.is_some_and(|beginning| beginning.eq_ignore_ascii_case(start))
+        });
+    let known = KINDS.iter().find(|(start, _)| head.starts_with(start));
+    let known = known.map(|(_, kind)| *kind);
+    known.or_else(|| is_page.then_some(OtherKind::WebPage))
 }
 
 fn by_content(head: &[u8], size: u64) -> Option<Format> {

@@ -47,7 +47,7 @@ mod text;
 mod weld;
 mod write;
 
-pub use error::{Place, Problem, ReadError, WithoutFaces};
+pub use error::{OtherKind, Place, Problem, ReadError, WithoutFaces};
 pub use format::{Format, UnknownFormat};
 pub use graticule::mesh::PolygonSoup;
 pub use graticule::watch::Warning;

@@ -570,3 +570,88 @@ fn one_huge_polygon_and_many_values_at_one_vertex_take_linear_time() {
     );
     assert!(start.elapsed() < Duration::from_secs(2));
 }
+
+#[test]
+fn files_of_other_kinds_are_told_by_name() {
+    let kinds: [(&[u8], &str); 8] = [
+        (b"\x1f\x8b\x08\0\0\0\0\0\0\x03abc", "gzip"),
+        (b"PK\x03\x04\x14\0\0\0", "ZIP"),
+        (b"BZh91AY&SY", "bzip2"),
+        (
+            b"version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 9\n",
+            "Git LFS",
+        ),
+        (b"\n <!doctype HTML><html></html>", "web page"),
+        (b"BLENDER-v300", "Blender"),
+        (b"Kaydara FBX Binary  \0", "FBX"),
+        (b"\x28\xb5\x2f\xfd\x24\x03\x19", "zstd"),
+    ];
+    for (bytes, name) in kinds {
+        for format in [Format::Obj, Format::Stl, Format::Glb] {
+            let error = refusal(bytes, format);
+            assert!(error.contains(name), "{error}");
+        }
+    }
+}
+
+#[test]
+fn obj_indices_beyond_any_count_are_refused_by_their_line() {
+    for index in ["4294967296", "-4294967296", "99999999999999999999", "0"] {
+        let error = refusal(format!("{TRIANGLE}f 1 2 {index}\n"), Format::Obj);
+        assert!(error.starts_with("OBJ, line 4: "), "{error}");
+    }
+    let far = read(format!("{TRIANGLE}f 1/4294967296 2 3\n"), Format::Obj);
+    assert_eq!(far.warnings[0].code, "missing-attributes");
+}
+
+#[test]
+fn obj_polygons_may_repeat_vertices_and_have_a_thousand_corners() {
+    let corners: String = (0..1000).map(|k| format!(" {}", k % 3 + 1)).collect();
+    let file = read(format!("{TRIANGLE}f 1 1 2 3 2\nf{corners}\n"), Format::Obj);
+    let lengths: Vec<usize> = file.soup.polygons.iter().map(<[u32]>::len).collect();
+    assert_eq!(lengths, [5, 1000]);
+    let lines = refusal(format!("{TRIANGLE}l 1 2\nl 2 3\n"), Format::Obj);
+    assert!(lines.contains("2 line elements"), "{lines}");
+}
+
+#[test]
+fn ply_lists_of_vertices_are_read_over() {
+    let vertex = format!("{XYZ}\nproperty list uchar float weights");
+    let body = "0 0 0 2 5 6\n1 0 0 0\n0 1 0 1 7\n3 0 1 2\n";
+    assert_eq!(counts(&read(ply(&vertex, FACE, body), Format::Ply)), (3, 1));
+}
+
+#[test]
+fn gltf_indices_of_one_byte_and_interleaved_values_are_read() {
+    let narrow = gltf(|root| {
+        // The low bytes of the first 16-bit index, and the two behind.
+        root["accessors"][1]["componentType"] = 5121.into();
+        root["accessors"][1]["count"] = 3.into();
+    });
+    assert_eq!(polygons(&read(narrow, Format::Gltf).soup), [[0, 0, 1]]);
+    let interleaved = gltf(|root| {
+        root["bufferViews"][0]["byteStride"] = 12.into();
+        root["accessors"][0]["byteOffset"] = 0.into();
+        root["meshes"][0]["primitives"][0]["targets"] = serde_json::json!([{ "POSITION": 0 }]);
+    });
+    let file = read(interleaved, Format::Gltf);
+    assert_eq!(counts(&file), (3, 1));
+    assert!(file.warnings[0].message.contains("morph targets"));
+}
+
+#[test]
+fn gltf_compression_is_refused_by_its_name() {
+    for extension in ["KHR_draco_mesh_compression", "EXT_meshopt_compression"] {
+        let packed = gltf(|root| root["extensionsRequired"] = serde_json::json!([extension]));
+        assert!(refusal(packed, Format::Gltf).contains(extension));
+    }
+}
+
+#[test]
+fn binary_stl_cut_short_anywhere_is_refused() {
+    let whole = binary_stl(2, 2);
+    for length in 0..whole.len() {
+        let cut = read_bytes(&whole[..length], Some(Format::Stl));
+        assert!(cut.is_err(), "{length}");
+    }
+}

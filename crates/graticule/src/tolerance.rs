@@ -144,10 +144,8 @@ pub const CORNER_TURNING: f64 = std::f64::consts::PI;
 /// more than any patch is drawn with, while areas and squares of lengths keep their digits.
 pub const LARGEST_ASPECT: f64 = 1e6;
 
-/// A correction smaller than this share of the solution ends the refinement.
-///
-/// Corrections shrink by the condition number times rounding, so that the next one would be far
-/// below the 1e-10 to which maps are compared.
+/// The refinement ends where the next correction would be smaller than this share of the solution:
+/// far below the 1e-10 to which maps are compared.
 pub const REFINED: f64 = 1e-11;
 
 /// Share of the last correction above which the next one is no progress: refinement that does not

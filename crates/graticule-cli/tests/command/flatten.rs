@@ -341,16 +341,17 @@ fn the_report_tells_the_options_in_force() {
 #[test]
 fn what_is_measured_is_what_the_file_holds() {
     let bench = Bench::with(&bumpy_patch(8, 2));
-    for extension in ["glb", "obj", "ply"] {
+    let ways = ["glb", "obj", "ply"].map(|extension| [extension, ""]);
+    for [extension, method] in ways.into_iter().chain([["glb", " --injective"]]) {
         bench.succeed(&format!(
-            "flatten patch.obj -o out.{extension} --report made.json"
+            "flatten patch.obj -o out.{extension} --report made.json{method}"
         ));
         bench.succeed(&format!(
             "measure out.{extension} --reference patch.obj --report read.json"
         ));
         let [made, read] = ["made.json", "read.json"]
             .map(|name| bench.json(name)["measure"]["packing"]["bounding_box"].clone());
-        assert_eq!(made, read, "{extension}");
+        assert_eq!(made, read, "{extension}{method}");
     }
 }
 

@@ -190,8 +190,8 @@ impl PinnedForm {
     }
 }
 
-/// Adds to the positions the corrections that they ask for until these no longer matter or no longer
-/// shrink.
+/// Adds to the positions the corrections that they ask for until the next one would no longer matter,
+/// or they no longer shrink.
 pub(super) fn refined(
     positions: &mut [c64],
     watch: &Watch,
@@ -206,7 +206,9 @@ pub(super) fn refined(
         }
         let last = change;
         change = largest(&correction) / largest(positions);
-        if change <= REFINED || change.is_nan() || change > REFINEMENT_GAIN * last && last < 1.0 {
+        // Corrections shrink at a steady rate.
+        let next = change * change / last;
+        if next <= REFINED || change.is_nan() || change > REFINEMENT_GAIN * last && last < 1.0 {
             break;
         }
     }

@@ -37,9 +37,9 @@ pub(super) fn choose_corners(
     match corners {
         Corners::Automatic => {
             let sharpest = sharpest_turns(patch, outline);
-            Ok(sharpest.unwrap_or_else(|| evenly_spaced(patch, outline)))
+            Ok(sharpest.unwrap_or_else(|| evenly_spaced(outline)))
         }
-        Corners::EvenlySpaced => Ok(evenly_spaced(patch, outline)),
+        Corners::EvenlySpaced => Ok(evenly_spaced(outline)),
         Corners::At(vertices) => given(outline, *vertices),
     }
 }
@@ -71,9 +71,9 @@ fn from_first_on(mut places: [usize; 4], length: usize) -> [usize; 4] {
     places
 }
 
-fn evenly_spaced(patch: &Patch, outline: &Outline) -> [usize; 4] {
+fn evenly_spaced(outline: &Outline) -> [usize; 4] {
     let length = outline.steps.len();
-    let start = outline.default_start(patch);
+    let start = outline.default_start;
     let total: f64 = outline.steps.iter().sum();
     let mut corners = [start; 4];
     let (mut walked, mut offset) = (0.0, 0);
@@ -113,13 +113,13 @@ fn sharpest_turns(patch: &Patch, outline: &Outline) -> Option<[usize; 4]> {
     }
     let chosen: [usize; 4] = chosen.try_into().ok()?;
     let held: f64 = chosen.iter().map(|&place| turning[place]).sum();
-    (held >= CORNER_TURNING).then(|| after_start(chosen, patch, outline))
+    (held >= CORNER_TURNING).then(|| after_start(chosen, outline))
 }
 
 /// The places in the loop's order from its default start on, which does not depend on how the
 /// vertices are numbered.
-fn after_start(mut places: [usize; 4], patch: &Patch, outline: &Outline) -> [usize; 4] {
-    let (start, length) = (outline.default_start(patch), outline.vertices.len());
+fn after_start(mut places: [usize; 4], outline: &Outline) -> [usize; 4] {
+    let (start, length) = (outline.default_start, outline.vertices.len());
     places.sort_unstable_by_key(|place| (place + length - start) % length);
     places
 }
@@ -216,7 +216,7 @@ mod tests {
     }
 
     fn corners(patch: &Patch, corners: &Corners) -> [VertexId; 4] {
-        let outline = Outline::of(patch);
+        let outline = Outline::of(patch, &Watch::new()).unwrap();
         choose_corners(patch, &outline, corners)
             .unwrap()
             .map(|place| outline.vertices[place])
@@ -239,7 +239,7 @@ mod tests {
     #[test]
     fn a_circle_gets_corners_a_quarter_apart() {
         let patch = patch(&disk(8));
-        let outline = Outline::of(&patch);
+        let outline = Outline::of(&patch, &Watch::new()).unwrap();
         let places = choose_corners(&patch, &outline, &Corners::Automatic).unwrap();
         for k in 0..4 {
             assert_eq!((places[(k + 1) % 4] + 48 - places[k]) % 48, 12);
@@ -269,7 +269,7 @@ mod tests {
         let ids = |numbers: [u32; 4]| numbers.map(VertexId);
         let shuffled = corners(&patch, &Corners::At(ids([3, 12, 15, 0])));
         assert_eq!(shuffled, ids([3, 15, 12, 0]));
-        let outline = Outline::of(&patch);
+        let outline = Outline::of(&patch, &Watch::new()).unwrap();
         for bad in [[0, 3, 5, 15], [0, 3, 3, 15], [0, 3, 99, 15]] {
             let refusal = choose_corners(&patch, &outline, &Corners::At(ids(bad))).unwrap_err();
             assert!(matches!(
@@ -302,7 +302,11 @@ mod tests {
             triangles: vec![[0, 1, 2]],
         };
         let patch = patch(&triangle);
-        let refusal = choose_corners(&patch, &Outline::of(&patch), &Corners::Automatic);
+        let refusal = choose_corners(
+            &patch,
+            &Outline::of(&patch, &Watch::new()).unwrap(),
+            &Corners::Automatic,
+        );
         assert_eq!(refusal, Err(BoundaryError::TooFewVertices { vertices: 3 }));
     }
 }

@@ -6,7 +6,7 @@ use glam::DVec2;
 
 use crate::mesh::{Element, VertexId};
 use crate::tolerance::{BOUNDARY_STEP, LARGEST_ASPECT, SIDE_BOW};
-use crate::watch::Watch;
+use crate::watch::{Stopped, Watch};
 
 use super::corners::{Corners, choose_corners};
 use super::diameter::farthest_pair;
@@ -49,7 +49,7 @@ pub fn boundary_on_curve(
 ) -> Result<BoundaryPositions, BoundaryError> {
     let _stage = watch.stage("lay down boundary");
     watch.check()?;
-    let outline = Outline::of(patch);
+    let outline = Outline::of(patch, watch)?;
     match curve {
         BoundaryCurve::Circle => Ok(outline.on_circle(patch)),
         BoundaryCurve::Square(corners) => outline.on_rectangle(patch, Some(1.0), corners, watch),
@@ -64,10 +64,12 @@ pub(super) struct Outline {
     pub(super) vertices: Vec<VertexId>,
     /// Distance from each vertex to the next one; none is 0.
     pub(super) steps: Vec<f64>,
+    /// Place at which the loop begins if nothing else decides: one of the two points farthest apart.
+    pub(super) default_start: usize,
 }
 
 impl Outline {
-    pub(super) fn of(patch: &Patch) -> Self {
+    pub(super) fn of(patch: &Patch, watch: &Watch) -> Result<Self, Stopped> {
         let outer = patch.outer_loop();
         let vertices: Vec<_> = patch.loop_vertices(outer).collect();
         let mut steps: Vec<_> = patch.unit_steps(outer).collect();
@@ -77,7 +79,14 @@ impl Outline {
         for step in &mut steps {
             *step = step.max(shortest);
         }
-        Self { vertices, steps }
+        let position = |&vertex| patch.unit_surface().position(vertex);
+        let points: Vec<_> = vertices.iter().map(position).collect();
+        let farthest = farthest_pair(&points, watch)?;
+        Ok(Self {
+            vertices,
+            steps,
+            default_start: farthest.map_or(0, |[start, _]| start),
+        })
     }
 
     fn len(&self) -> usize {
@@ -90,15 +99,8 @@ impl Outline {
         self.steps.rotate_left(start);
     }
 
-    /// Where the loop begins if nothing else decides: one of the two points farthest apart.
-    pub(super) fn default_start(&self, patch: &Patch) -> usize {
-        let position = |&vertex| patch.unit_surface().position(vertex);
-        let points: Vec<_> = self.vertices.iter().map(position).collect();
-        farthest_pair(&points).map_or(0, |[start, _]| start)
-    }
-
     fn on_circle(mut self, patch: &Patch) -> BoundaryPositions {
-        self.rotate(self.default_start(patch));
+        self.rotate(self.default_start);
         let radius = (patch.unit_area() * 2.0 / TAU).sqrt() * patch.unit_length();
         let shares = shares(&self.steps);
         let place = |share: &f64| {

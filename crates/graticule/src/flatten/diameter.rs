@@ -2,23 +2,40 @@
 
 use glam::DVec3;
 
+use crate::watch::{Stopped, Watch};
+
 /// Points in one leaf of the hierarchy: small, as a leaf's box is what the bound is made of.
 const LEAF: usize = 4;
+
+/// Pairs of boxes after which the watch is asked again.
+const STEPS_BETWEEN_LOOKS: usize = 4096;
 
 /// The indices, ascending, of two points at the largest Euclidean distance; `None` for fewer than
 /// two points.
 ///
 /// Exact: branch and bound over boxes around runs of consecutive points, which are near each other
 /// where the points follow curves. About `n^1.5` at worst for curves (a circle, where every point
-/// is nearly as far from its opposite), nearly linear for others.
-pub(super) fn farthest_pair(points: &[DVec3]) -> Option<[usize; 2]> {
+/// is nearly as far from its opposite), nearly linear for others; quadratic for points that fill a
+/// sphere.
+///
+/// # Errors
+/// [`Stopped`] by the watch.
+pub(super) fn farthest_pair(
+    points: &[DVec3],
+    watch: &Watch,
+) -> Result<Option<[usize; 2]>, Stopped> {
     if points.len() < 2 {
-        return None;
+        return Ok(None);
     }
     let boxes = Boxes::around(points);
     let mut best = double_sweep(points);
     let mut open = vec![[0..points.len(), 0..points.len()]];
+    let mut steps = 0_usize;
     while let Some([a, b]) = open.pop() {
+        if steps.is_multiple_of(STEPS_BETWEEN_LOOKS) {
+            watch.check()?;
+        }
+        steps += 1;
         if boxes.distance_bound(&a, &b) <= best.distance_squared {
             continue;
         }
@@ -38,7 +55,7 @@ pub(super) fn farthest_pair(points: &[DVec3]) -> Option<[usize; 2]> {
         }
     }
     let [a, b] = best.pair;
-    Some([a.min(b), a.max(b)])
+    Ok(Some([a.min(b), a.max(b)]))
 }
 
 type Run = std::ops::Range<usize>;
@@ -123,6 +140,22 @@ mod tests {
     use super::*;
     use graticule_fixtures::Noise;
 
+    fn farthest(points: &[DVec3]) -> Option<[usize; 2]> {
+        farthest_pair(points, &Watch::new()).unwrap()
+    }
+
+    #[test]
+    fn points_that_fill_a_sphere_can_be_given_up() {
+        let mut noise = Noise::new(2);
+        let points = std::iter::repeat_with(|| {
+            DVec3::new(noise.signed(), noise.signed(), noise.signed()).normalize_or(DVec3::X)
+        });
+        let points: Vec<_> = points.take(50_000).collect();
+        let watch = Watch::new();
+        watch.cancel_handle().cancel();
+        assert!(farthest_pair(&points, &watch).is_err());
+    }
+
     fn exhaustive(points: &[DVec3]) -> f64 {
         let distances = points
             .iter()
@@ -138,7 +171,7 @@ mod tests {
             let points: Vec<_> = (0..count)
                 .map(|_| DVec3::new(coordinate(), coordinate(), 0.3 * coordinate()))
                 .collect();
-            let [a, b] = farthest_pair(&points).unwrap();
+            let [a, b] = farthest(&points).unwrap();
             assert!(a < b);
             let found = points[a].distance_squared(points[b]);
             assert!(found >= exhaustive(&points), "{count} points");
@@ -153,13 +186,13 @@ mod tests {
             DVec3::new(angle.cos(), angle.sin(), 0.0)
         };
         let points: Vec<_> = (0..count).map(on_circle).collect();
-        let [a, b] = farthest_pair(&points).unwrap();
+        let [a, b] = farthest(&points).unwrap();
         assert!((points[a].distance(points[b]) - 2.0).abs() < 1e-12);
     }
 
     #[test]
     fn points_that_coincide_are_a_pair_too() {
-        assert_eq!(farthest_pair(&[DVec3::ONE; 3]), Some([0, 1]));
-        assert_eq!(farthest_pair(&[DVec3::ONE]), None);
+        assert_eq!(farthest(&[DVec3::ONE; 3]), Some([0, 1]));
+        assert_eq!(farthest(&[DVec3::ONE]), None);
     }
 }

@@ -12,7 +12,7 @@ use glam::DVec2;
 
 use crate::mesh::{Element, VertexId};
 use crate::solve::SolveError;
-use crate::watch::Watch;
+use crate::watch::{Stopped, Watch};
 
 use super::conformal::{PinnedForm, PinnedSolution, Triangulation};
 use super::diameter::farthest_pair;
@@ -65,7 +65,7 @@ pub fn natural_map(
 ) -> Result<FlatMap, FlattenError> {
     let _stage = watch.stage("natural conformal map");
     let pins = match options.pins {
-        Pins::Farthest => farthest_pins(patch),
+        Pins::Farthest => farthest_pins(patch, watch)?,
         Pins::At(pins) => checked_pins(patch, pins)?,
     };
     let domain = Domain::conformal(patch, options.triangulation, watch)?;
@@ -120,18 +120,21 @@ fn pinned_map(
 }
 
 /// The default pins, as far apart in the plane as in space, in unit lengths.
-pub(super) fn farthest_pins(patch: &Patch) -> [(VertexId, DVec2); 2] {
+pub(super) fn farthest_pins(
+    patch: &Patch,
+    watch: &Watch,
+) -> Result<[(VertexId, DVec2); 2], Stopped> {
     let vertices: Vec<_> = patch.boundary_vertices().collect();
     let position = |&vertex| patch.unit_surface().position(vertex);
     let points: Vec<_> = vertices.iter().map(position).collect();
     // A boundary loop has three vertices at least, and the patch has an extent.
-    let [first, second] = farthest_pair(&points).unwrap_or([0, 1]);
+    let [first, second] = farthest_pair(&points, watch)?.unwrap_or([0, 1]);
     let distance = points[first].distance(points[second]);
     let distance = if distance > 0.0 { distance } else { 1.0 };
-    [
+    Ok([
         (vertices[first], DVec2::ZERO),
         (vertices[second], DVec2::new(distance, 0.0)),
-    ]
+    ])
 }
 
 /// Pins in unit lengths.

@@ -36,7 +36,7 @@ pub fn spectral_map(
     watch: &Watch,
 ) -> Result<FlatMap, FlattenError> {
     let _stage = watch.stage("spectral conformal map");
-    let pins = farthest_pins(patch).map(|(vertex, _)| vertex);
+    let pins = farthest_pins(patch, watch)?.map(|(vertex, _)| vertex);
     let domain = Domain::conformal(patch, triangulation, watch)?;
     let inverse = InverseForm::new(patch, &domain, pins, watch)
         .map_err(|error| thin_patch_told(error, patch))?;

@@ -1,7 +1,8 @@
+use rayon::prelude::*;
 use serde::Serialize;
 
 use super::face::FaceDistortion;
-use super::statistics::{self, Sample, weighted_quantiles};
+use super::statistics::{self, Sample, extremes, weighted_quantiles};
 use super::uv_map::UvMap;
 use crate::mesh::{Element, FaceId};
 
@@ -158,16 +159,12 @@ impl Sums {
 
 /// The distortion of a map by that of its triangles; `None` where none is measured.
 pub(super) fn summarize(map: &UvMap<'_>, faces: &[FaceDistortion]) -> Option<Distortion> {
-    let measured: Vec<FaceDistortion> = faces
-        .iter()
-        .filter(|face| face.measured())
-        .copied()
-        .collect();
-    if measured.is_empty() {
+    if !faces.iter().any(FaceDistortion::measured) {
         return None;
     }
-    let parts = statistics::by_chunks(&measured, |chunk| {
-        chunk.iter().fold(Sums::start(), Sums::with)
+    let parts = statistics::by_chunks(faces, |chunk| {
+        let measured = chunk.iter().filter(|face| face.measured());
+        measured.fold(Sums::start(), Sums::with)
     });
     let sums = parts.into_iter().fold(Sums::start(), Sums::join);
     let mean = |sum: f64| sum / sums.area;
@@ -176,10 +173,10 @@ pub(super) fn summarize(map: &UvMap<'_>, faces: &[FaceDistortion]) -> Option<Dis
         * (sums.unflipped_squares / sums.unflipped_area).sqrt()
         * (sums.unflipped_inverse_squares / sums.unflipped_area).sqrt();
     Some(Distortion {
-        quasi_conformal_error: quasi_conformal_error(&measured, mean(sums.ratio)),
+        quasi_conformal_error: quasi_conformal_error(faces, mean(sums.ratio)),
         mips_mean: mean(sums.ratio) + mean(sums.inverse_ratio),
         angle_change_mean: mean(sums.angle_change).to_degrees(),
-        area_scale: area_scales(&measured, area_scale),
+        area_scale: area_scales(faces, area_scale),
         l2_stretch: (0.5 * mean(sums.inverse_squares) * area_scale).sqrt(),
         linf_stretch: area_scale.sqrt() / sums.least_value,
         shear_mean: mean(sums.shear),
@@ -189,25 +186,24 @@ pub(super) fn summarize(map: &UvMap<'_>, faces: &[FaceDistortion]) -> Option<Dis
     })
 }
 
-fn quasi_conformal_error(measured: &[FaceDistortion], mean: f64) -> QuasiConformalError {
+fn quasi_conformal_error(faces: &[FaceDistortion], mean: f64) -> QuasiConformalError {
     let ratio = |face: &FaceDistortion| face.singular_values[0] / face.singular_values[1];
-    let mut samples = samples(measured, ratio);
+    let mut samples = samples(faces, ratio);
     let [median, p95, p99] = weighted_quantiles(&mut samples, [0.5, 0.95, 0.99]);
     QuasiConformalError {
         mean,
         median,
         p95,
         p99,
-        max: samples.last().map_or(1.0, |sample| sample.value),
+        max: extremes(&samples)[1],
     }
 }
 
-fn area_scales(measured: &[FaceDistortion], whole: f64) -> AreaScale {
+fn area_scales(faces: &[FaceDistortion], whole: f64) -> AreaScale {
     let scale = |face: &FaceDistortion| face.singular_values[0] * face.singular_values[1];
-    let mut scales = samples(measured, scale);
+    let mut scales = samples(faces, scale);
     let [median] = weighted_quantiles(&mut scales, [0.5]);
-    let [least, greatest] =
-        [scales.first(), scales.last()].map(|sample| sample.map_or(whole, |s| s.value));
+    let [least, greatest] = extremes(&scales);
     for sample in &mut scales {
         sample.value = libm::log(sample.value / median).abs();
     }
@@ -216,26 +212,26 @@ fn area_scales(measured: &[FaceDistortion], whole: f64) -> AreaScale {
     AreaScale {
         log_mean: statistics::sum(&scales, |sample| sample.value * sample.weight) / area,
         log_p95,
-        log_max: scales.last().map_or(0.0, |sample| sample.value),
+        log_max: extremes(&scales)[1],
         min: least / whole,
         max: greatest / whole,
     }
 }
 
-fn samples(measured: &[FaceDistortion], value: impl Fn(&FaceDistortion) -> f64) -> Vec<Sample> {
+fn samples(faces: &[FaceDistortion], value: impl Fn(&FaceDistortion) -> f64) -> Vec<Sample> {
     let sample = |face: &FaceDistortion| Sample {
         value: value(face),
         weight: face.area,
     };
-    measured.iter().map(sample).collect()
+    let measured = faces.iter().filter(|face| face.measured());
+    measured.map(sample).collect()
 }
 
 fn edge_length_error(map: &UvMap<'_>, faces: &[FaceDistortion]) -> f64 {
-    let indices: Vec<usize> = (0..faces.len())
-        .filter(|&face| faces[face].measured())
-        .collect();
+    let indices = (0..faces.len()).filter(|&face| faces[face].measured());
+    let indices: Vec<usize> = indices.collect();
     // Squared length in the map over that in space, for the three sides of a triangle.
-    let ratios = |face: usize| {
+    let ratios = |&face: &usize| {
         let face = FaceId::from_index(face);
         let positions = map.positions(face);
         let images = map.images(face);
@@ -245,9 +241,10 @@ fn edge_length_error(map: &UvMap<'_>, faces: &[FaceDistortion]) -> f64 {
                 / positions[side].distance_squared(positions[next])
         })
     };
+    let all: Vec<[f64; 3]> = indices.par_iter().map(ratios).collect();
     let sum = |term: &(dyn Fn(f64) -> f64 + Sync)| {
-        statistics::sum(&indices, |&face| ratios(face).map(term).iter().sum::<f64>())
+        statistics::sum(&all, |ratios| ratios.map(term).iter().sum::<f64>())
     };
     let best = sum(&|ratio| ratio) / sum(&|ratio| ratio * ratio);
-    sum(&|ratio| (best * ratio - 1.0).powi(2)) / (3 * indices.len()) as f64
+    sum(&|ratio| (best * ratio - 1.0).powi(2)) / (3 * all.len()) as f64
 }

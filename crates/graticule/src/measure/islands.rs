@@ -234,19 +234,22 @@ fn folded_vertices(map: &UvMap<'_>) -> Vec<VertexId> {
 /// Exact: where all turn the same way by less than π, the number of times around is that of
 /// entries into the upper half-plane. A vertex of a triangle with zero area is not judged.
 fn is_folded(map: &UvMap<'_>, vertex: VertexId) -> bool {
-    if !is_surrounded(map, vertex) {
-        return false;
-    }
     let around = || map.surface.mesh().outgoing(vertex);
-    let turns = |sign: i8| {
-        around()
-            .filter(|halfedge| map.sign(halfedge.face()) == sign)
-            .count()
-    };
-    if turns(1) > 0 && turns(-1) > 0 {
+    let [mut left, mut flat, mut right] = [false; 3];
+    for halfedge in around() {
+        if map.continuation(halfedge).is_none() {
+            return false;
+        }
+        match map.sign(halfedge.face()) {
+            1 => left = true,
+            0 => flat = true,
+            _ => right = true,
+        }
+    }
+    if left && right {
         return true;
     }
-    if turns(0) > 0 {
+    if flat {
         return false;
     }
     #[allow(clippy::float_cmp)] // exact by intention

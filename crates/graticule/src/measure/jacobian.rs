@@ -157,10 +157,14 @@ impl SourceTriangle {
             from_end
         };
         let double_area = accurate_perp_dot(base, leg).abs();
-        let at_start = libm::atan2(double_area, base.dot(from_start));
-        let at_end = libm::atan2(double_area, -base.dot(from_end));
-        let first = at_start - libm::atan2(self.height, self.feet[0]);
-        let second = at_end - libm::atan2(self.height, self.feet[1]);
+        let first = angle_between(
+            [self.feet[0], self.height],
+            [base.dot(from_start), double_area],
+        );
+        let second = angle_between(
+            [self.feet[1], self.height],
+            [-base.dot(from_end), double_area],
+        );
         // The angles of both triangles sum to π, so that the changes sum to 0.
         (first.abs() + second.abs() + (first + second).abs()) / 3.0
     }
@@ -170,6 +174,21 @@ impl SourceTriangle {
         let [start, end, apex] = [0, 1, 2].map(|step| images[(self.first + step) % 3]);
         [end - start, apex - start, apex - end]
     }
+}
+
+/// The angle from the first direction to the second one, both in the upper half-plane.
+fn angle_between(first: [f64; 2], second: [f64; 2]) -> f64 {
+    // Products of directions of any length would underflow.
+    let scaled = |[x, y]: [f64; 2]| {
+        let size = x.abs() + y;
+        if size > 0.0 {
+            DVec2::new(x / size, y / size)
+        } else {
+            DVec2::X
+        }
+    };
+    let [a, b] = [scaled(first), scaled(second)];
+    libm::atan2(accurate_perp_dot(a, b), a.dot(b))
 }
 
 /// The Jacobian of a linear map of the plane, by the gradients of its two coordinates.

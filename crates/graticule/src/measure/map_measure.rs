@@ -8,7 +8,7 @@ use super::coverage::{self, Coverage};
 use super::distortion::{self, Distortion};
 use super::face::{self, FaceDistortion, FaceState};
 use super::islands::{Island, IslandLoop, Islands, NO_ISLAND};
-use super::overlap;
+use super::overlap::{self, Crossings};
 use super::statistics;
 use super::uv_map::UvMap;
 use crate::mesh::{FaceId, HalfedgeId, PerCorner, PerFace, Surface, VertexId};
@@ -111,7 +111,8 @@ pub struct Overlap {
     /// covered twice. An estimate likewise.
     pub excess: f64,
     /// The number of evenly spaced lines across the map on which the covered lengths were
-    /// measured. A region of perimeter P is known to within P times half their distance.
+    /// measured; 0 where [`any`](Self::any) is false. A region of perimeter P is known to within P
+    /// times half their distance.
     pub scan_lines: usize,
 }
 
@@ -265,15 +266,23 @@ fn measure_overlap(
     faces: &[FaceDistortion],
     watch: &Watch,
 ) -> Result<OverlapFound, MeasureError> {
-    let crossings = overlap::count_crossings(map, watch)?;
     let overlapping_faces = overlap::find_overlap(map, islands, watch)?;
-    let mut coverage = coverage::scan(map, watch)?;
-    if overlapping_faces.is_none() {
+    let is_apart = overlapping_faces.is_none();
+    // Where two border edges cross, the triangles at them overlap, if they have an area.
+    let crossings = if is_apart && map.has_area_everywhere() {
+        Crossings::NONE
+    } else {
+        overlap::count_crossings(map, watch)?
+    };
+    let coverage = if is_apart {
         // Nothing is covered twice: the areas of the triangles are the covered area.
-        coverage.covered = statistics::sum(faces, |face| face.uv_area);
-        coverage.overlapped = 0.0;
-        coverage.excess = 0.0;
-    }
+        Coverage {
+            covered: statistics::sum(faces, |face| face.uv_area),
+            ..Coverage::default()
+        }
+    } else {
+        coverage::scan(map, watch)?
+    };
     let share = |area: f64| {
         if coverage.covered > 0.0 {
             area / coverage.covered
@@ -317,42 +326,89 @@ fn measure_packing(map: &UvMap<'_>, coverage: &Coverage) -> Option<Packing> {
     })
 }
 
+/// Sums over triangles.
+#[derive(Clone, Copy, Default)]
+struct FaceSums {
+    without_uv: usize,
+    non_finite_uv: usize,
+    flat_in_space: usize,
+    degenerate: usize,
+    measured: usize,
+    flipped: usize,
+    zero_uv_area: usize,
+    area: f64,
+    flipped_area: f64,
+    left_out_area: f64,
+    uv_area: f64,
+}
+
+impl FaceSums {
+    fn with(mut self, face: &FaceDistortion) -> Self {
+        let in_state = match face.state {
+            FaceState::WithoutUv => &mut self.without_uv,
+            FaceState::NonFiniteUv => &mut self.non_finite_uv,
+            FaceState::FlatInSpace => &mut self.flat_in_space,
+            FaceState::Degenerate => &mut self.degenerate,
+            FaceState::Measured => &mut self.measured,
+        };
+        *in_state += 1;
+        let is_known = !matches!(face.state, FaceState::WithoutUv | FaceState::NonFiniteUv);
+        self.zero_uv_area += usize::from(is_known && face.sign == 0);
+        self.area += face.area;
+        self.uv_area += face.uv_area;
+        if face.flipped {
+            self.flipped += 1;
+            self.flipped_area += face.area;
+        }
+        if !face.measured() {
+            self.left_out_area += face.area;
+        }
+        self
+    }
+
+    fn join(self, other: Self) -> Self {
+        Self {
+            without_uv: self.without_uv + other.without_uv,
+            non_finite_uv: self.non_finite_uv + other.non_finite_uv,
+            flat_in_space: self.flat_in_space + other.flat_in_space,
+            degenerate: self.degenerate + other.degenerate,
+            measured: self.measured + other.measured,
+            flipped: self.flipped + other.flipped,
+            zero_uv_area: self.zero_uv_area + other.zero_uv_area,
+            area: self.area + other.area,
+            flipped_area: self.flipped_area + other.flipped_area,
+            left_out_area: self.left_out_area + other.left_out_area,
+            uv_area: self.uv_area + other.uv_area,
+        }
+    }
+}
+
 fn count_faces(faces: &PerFace<FaceDistortion>) -> FaceCounts {
     let faces = faces.as_slice();
-    let in_state = |state| faces.iter().filter(|face| face.state == state).count();
-    let without_uv = in_state(FaceState::WithoutUv);
-    let non_finite_uv = in_state(FaceState::NonFiniteUv);
-    let area_where = |counts: fn(&FaceDistortion) -> bool| {
-        statistics::sum(faces, |face| if counts(face) { face.area } else { 0.0 })
-    };
-    let surface_area = area_where(|_| true);
+    let parts = statistics::by_chunks(faces, |chunk| {
+        chunk.iter().fold(FaceSums::default(), FaceSums::with)
+    });
+    let sums = parts.into_iter().fold(FaceSums::default(), FaceSums::join);
     let share = |area: f64| {
-        if surface_area > 0.0 {
-            area / surface_area
+        if sums.area > 0.0 {
+            area / sums.area
         } else {
             0.0
         }
     };
-    let is_known = |face: &&FaceDistortion| {
-        !matches!(face.state, FaceState::WithoutUv | FaceState::NonFiniteUv)
-    };
     FaceCounts {
         total: faces.len(),
-        without_uv,
-        non_finite_uv,
-        flat_in_space: in_state(FaceState::FlatInSpace),
-        flipped: faces.iter().filter(|face| face.flipped).count(),
-        flipped_area_share: share(area_where(|face| face.flipped)),
-        degenerate: in_state(FaceState::Degenerate),
-        zero_uv_area: faces
-            .iter()
-            .filter(is_known)
-            .filter(|face| face.sign == 0)
-            .count(),
-        left_out: faces.len() - in_state(FaceState::Measured),
-        left_out_area_share: share(area_where(|face| !face.measured())),
-        surface_area,
-        uv_area: statistics::sum(faces, |face| face.uv_area),
+        without_uv: sums.without_uv,
+        non_finite_uv: sums.non_finite_uv,
+        flat_in_space: sums.flat_in_space,
+        flipped: sums.flipped,
+        flipped_area_share: share(sums.flipped_area),
+        degenerate: sums.degenerate,
+        zero_uv_area: sums.zero_uv_area,
+        left_out: faces.len() - sums.measured,
+        left_out_area_share: share(sums.left_out_area),
+        surface_area: sums.area,
+        uv_area: sums.uv_area,
     }
 }
 

@@ -26,6 +26,13 @@ pub(super) struct Crossings {
     pub(super) complete: bool,
 }
 
+impl Crossings {
+    pub(super) const NONE: Self = Self {
+        count: 0,
+        complete: true,
+    };
+}
+
 /// Counts the pairs of border edges whose interiors meet in one point (exact).
 ///
 /// Edges that touch, at their ends or along a line, do not cross. Near-linear in the number of
@@ -155,7 +162,7 @@ pub(super) fn find_overlap(
     if simple_border::encloses_once(map, islands, watch)? {
         return Ok(None);
     }
-    let search = Search::new(map, is_locally_injective(map, islands));
+    let search = Search::new(map, is_locally_injective(map, islands)).for_one_of_each_pair();
     for round in rounds(search.tree.leaf_count()) {
         let found = round.into_par_iter().find_map_first(|mut leaves| {
             leaves.find_map(|leaf| match watch.check() {
@@ -189,10 +196,9 @@ pub(super) fn overlapping(map: &UvMap<'_>, watch: &Watch) -> Result<PerFace<bool
 
 /// Whether no inner point of an island is covered twice by the triangles around it.
 pub(super) fn is_locally_injective(map: &UvMap<'_>, islands: &Islands) -> bool {
-    let has_area = |face: FaceId| !map.is_known(face) || map.sign(face) != 0;
     islands.folded_vertices.is_empty()
         && islands.all.iter().all(|island| island.flipped == 0)
-        && map.surface.mesh().faces().all(has_area)
+        && map.has_area_everywhere()
 }
 
 struct Search<'a> {
@@ -200,6 +206,8 @@ struct Search<'a> {
     tree: BoxTree<2>,
     faces: Vec<FaceId>,
     border_only: bool,
+    /// Whether an overlap need be found from one of its two triangles only.
+    once: bool,
 }
 
 impl<'a> Search<'a> {
@@ -215,7 +223,14 @@ impl<'a> Search<'a> {
             tree: BoxTree::new(&boxes),
             faces,
             border_only,
+            once: false,
         }
+    }
+
+    /// The same search, each pair looked at once where both its triangles are sought.
+    fn for_one_of_each_pair(self) -> Self {
+        let once = (0..self.faces.len()).all(|rank| self.is_sought(rank));
+        Self { once, ..self }
     }
 
     /// The first overlap of a triangle in the leaf with any other.
@@ -233,11 +248,13 @@ impl<'a> Search<'a> {
             .filter(|&rank| self.is_sought(rank))
             .collect();
         if !sought.is_empty() {
-            self.tree.overlapping_leaves(leaf, 0, &mut found);
+            let first = if self.once { leaf } else { 0 };
+            self.tree.overlapping_leaves(leaf, first, &mut found);
         }
         sought.into_iter().filter_map(move |i| {
             let triangle = self.image(i);
-            let mut others = self.tree.overlapping(i, &found).filter(|&j| i != j);
+            let wanted = |&j: &usize| if self.once { i < j } else { i != j };
+            let mut others = self.tree.overlapping(i, &found).filter(wanted);
             let meeting = others.find(|&j| interiors_meet(&triangle, &self.image(j)))?;
             Some([i, meeting].map(|rank| self.faces[self.tree.item(rank)]))
         })

@@ -25,32 +25,43 @@ pub(super) struct Sample {
     pub(super) weight: f64,
 }
 
-/// The values that `shares` of the weight do not exceed; 0 without samples. Sorts the samples.
+/// The values that `shares` of the weight do not exceed; 0 without samples. Changes the samples' order.
 ///
-/// A quantile is always one of the values: the first at which the weight so far reaches the share.
+/// A quantile is always one of the values: the first, in ascending order, at which the weight so far
+/// reaches the share. Linear time.
 pub(super) fn weighted_quantiles<const N: usize>(
     samples: &mut [Sample],
     shares: [f64; N],
 ) -> [f64; N] {
-    // Samples that compare equal are identical, so that an unstable sort has one result only.
-    samples.par_sort_unstable_by(|a, b| {
-        a.value
-            .total_cmp(&b.value)
-            .then(a.weight.total_cmp(&b.weight))
-    });
-    let mut reached = 0.0;
-    let so_far: Vec<f64> = samples
-        .iter()
-        .map(|sample| {
-            reached += sample.weight;
-            reached
-        })
-        .collect();
-    shares.map(|share| {
-        let index = so_far.partition_point(|&weight| weight < share * reached);
-        let index = index.min(samples.len().saturating_sub(1));
-        samples.get(index).map_or(0.0, |sample| sample.value)
-    })
+    let total = sum(samples, |sample| sample.weight);
+    shares.map(|share| value_at_weight(samples, share * total))
+}
+
+/// The first value, in ascending order, at which the sum of weights reaches `weight`.
+fn value_at_weight(mut samples: &mut [Sample], mut weight: f64) -> f64 {
+    // Samples that compare equal are identical, so that their order does not matter.
+    let ascending = |a: &Sample, b: &Sample| {
+        let by_value = a.value.total_cmp(&b.value);
+        by_value.then(a.weight.total_cmp(&b.weight))
+    };
+    while samples.len() > 1 {
+        let middle = samples.len() / 2;
+        let (lower, ..) = samples.select_nth_unstable_by(middle, ascending);
+        let below: f64 = lower.iter().map(|sample| sample.weight).sum();
+        if below >= weight {
+            samples = &mut samples[..middle];
+        } else {
+            weight -= below;
+            samples = &mut samples[middle..];
+        }
+    }
+    samples.first().map_or(0.0, |sample| sample.value)
+}
+
+/// The least and the greatest value; 0 without samples.
+pub(super) fn extremes(samples: &[Sample]) -> [f64; 2] {
+    let values = || samples.iter().map(|sample| sample.value);
+    [values().reduce(f64::min), values().reduce(f64::max)].map(Option::unwrap_or_default)
 }
 
 #[cfg(test)]
@@ -64,6 +75,32 @@ mod tests {
             [(3.0, 1.0), (1.0, 2.0), (2.0, 1.0)].map(|(value, weight)| Sample { value, weight });
         let quantiles = weighted_quantiles(&mut samples, [0.0, 0.5, 0.51, 0.75, 1.0]);
         assert_eq!(quantiles, [1.0, 1.0, 2.0, 2.0, 3.0]);
+        assert_eq!(extremes(&samples), [1.0, 3.0]);
         assert_eq!(weighted_quantiles(&mut [], [0.5]), [0.0]);
+        assert_eq!(extremes(&[]), [0.0, 0.0]);
+    }
+
+    #[test]
+    #[allow(clippy::float_cmp)] // a quantile is one of the values
+    fn quantiles_of_many_samples_are_those_of_the_sorted_ones() {
+        let mut noise = graticule_fixtures::Noise::new(3);
+        let mut samples: Vec<_> = (0..5000)
+            .map(|_| Sample {
+                value: (20.0 * noise.unit()).floor() + noise.unit().round() * noise.unit(),
+                weight: noise.unit(),
+            })
+            .collect();
+        let shares = [0.001, 0.2, 0.5, 0.95, 0.999];
+        let found = weighted_quantiles(&mut samples, shares);
+        samples.sort_by(|a, b| a.value.total_cmp(&b.value));
+        let total: f64 = samples.iter().map(|sample| sample.weight).sum();
+        for (share, found) in shares.into_iter().zip(found) {
+            let mut reached = 0.0;
+            let first = samples.iter().find(|sample| {
+                reached += sample.weight;
+                reached >= share * total
+            });
+            assert_eq!(first.unwrap().value, found);
+        }
     }
 }

@@ -112,6 +112,11 @@ impl<'a> UvMap<'a> {
         }
     }
 
+    /// Whether no triangle with known coordinates has an image without area.
+    pub(super) fn has_area_everywhere(&self) -> bool {
+        !self.corners.contains(&Corners::Known { sign: 0 })
+    }
+
     /// The halfedge of the neighbouring triangle, where the map continues across the edge: both
     /// triangles have the same coordinates at both ends.
     #[inline]

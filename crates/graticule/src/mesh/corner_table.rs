@@ -187,6 +187,16 @@ impl CornerTable {
         })
     }
 
+    /// The halfedge that leads from one vertex to another. As many steps as the vertex with fewer
+    /// triangles has.
+    #[must_use]
+    pub fn halfedge_between(&self, from: VertexId, to: VertexId) -> Option<HalfedgeId> {
+        let leaving = self.outgoing(from);
+        let arriving = self.outgoing(to).map(HalfedgeId::previous);
+        let mut both = leaving.zip(arriving).flat_map(|(a, b)| [a, b]);
+        both.find(|&halfedge| self.ends(halfedge) == [from, to])
+    }
+
     /// The vertices joined to the vertex by an edge, counter-clockwise; on the boundary from the
     /// one after it to the one before it along its loop.
     pub fn neighbors(&self, vertex: VertexId) -> impl Iterator<Item = VertexId> + '_ {

@@ -129,6 +129,18 @@ mod tests {
     }
 
     #[test]
+    fn the_halfedge_between_two_vertices_is_found_from_either_end() {
+        let fan = TriangleMesh::new(5, &[[0, 1, 2], [3, 0, 2], [0, 3, 4]]).unwrap();
+        for from in fan.vertices() {
+            for to in fan.vertices() {
+                let mut all = fan.halfedges();
+                let expected = all.find(|&halfedge| fan.ends(halfedge) == [from, to]);
+                assert_eq!(fan.halfedge_between(from, to), expected);
+            }
+        }
+    }
+
+    #[test]
     fn neighbors_turn_counter_clockwise_and_cover_the_boundary() {
         // A fan around vertex 0, open between 4 and 1.
         let fan = TriangleMesh::new(5, &[[0, 1, 2], [3, 0, 2], [0, 3, 4]]).unwrap();

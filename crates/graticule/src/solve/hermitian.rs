@@ -6,14 +6,9 @@
 
 use std::sync::Arc;
 
-use faer::dyn_stack::MemStack;
-use faer::linalg::cholesky::llt::factor::{LltError, LltRegularization};
-use faer::sparse::linalg::cholesky::{
-    LltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering, factorize_symbolic_cholesky,
-};
-use faer::{Conj, MatMut, Par, Side, c64};
+use faer::c64;
 
-use super::memory::{memory, zeros};
+use super::multifrontal::Multifrontal;
 use super::pattern::{Pattern, check_size};
 use super::{Ordering, SolveError, SymmetricMatrix};
 
@@ -143,15 +138,12 @@ impl HermitianMatrix {
     pub fn multiply(&self, input: &[c64]) -> Vec<c64> {
         assert_eq!(input.len(), self.order(), "one number per column");
         let mut output = vec![c64::new(0.0, 0.0); self.order()];
-        for column in 0..self.order() {
-            for entry in self.pattern.range(column) {
-                let row = self.pattern.row_indices()[entry] as usize;
-                output[row] += self.values[entry] * input[column];
-                if row != column {
-                    output[column] += self.values[entry].conj() * input[row];
-                }
+        self.for_each_entry(|row, column, value| {
+            output[row] += value * input[column];
+            if row != column {
+                output[column] += value.conj() * input[row];
             }
-        }
+        });
         output
     }
 
@@ -159,27 +151,48 @@ impl HermitianMatrix {
     #[must_use]
     pub fn row_sum_norm(&self) -> f64 {
         let mut sums = vec![0.0; self.order()];
-        for column in 0..self.order() {
-            for entry in self.pattern.range(column) {
-                let row = self.pattern.row_indices()[entry] as usize;
-                sums[row] += self.values[entry].norm();
-                if row != column {
-                    sums[column] += self.values[entry].norm();
-                }
+        self.for_each_entry(|row, column, value| {
+            let size = if value.im == 0.0 {
+                value.re.abs()
+            } else {
+                value.norm()
+            };
+            sums[row] += size;
+            if row != column {
+                sums[column] += size;
             }
-        }
+        });
         sums.into_iter().fold(0.0, f64::max)
     }
 
-    fn faer(&self) -> faer::sparse::SparseColMatRef<'_, u32, c64> {
-        faer::sparse::SparseColMatRef::new(self.pattern.faer(), &self.values)
+    /// Calls with row, column and value for each entry of the lower triangle.
+    pub(super) fn for_each_entry(&self, mut call: impl FnMut(usize, usize, c64)) {
+        for column in 0..self.order() {
+            for entry in self.pattern.range(column) {
+                let row = self.pattern.row_indices()[entry] as usize;
+                call(row, column, self.values[entry]);
+            }
+        }
+    }
+
+    /// Whether an equation has a coefficient that is not real, by unknown.
+    pub(super) fn complex_unknowns(&self) -> Vec<bool> {
+        let mut complex = vec![false; self.order()];
+        self.for_each_entry(|row, column, value| {
+            if value.im != 0.0 {
+                complex[row] = true;
+                complex[column] = true;
+            }
+        });
+        complex
     }
 }
 
 /// A Cholesky factorisation `LLᴴ`, held for several right-hand sides.
+///
+/// What only real numbers reach is factored and kept in real numbers.
 pub struct HermitianCholesky {
-    symbolic: SymbolicCholesky<u32>,
-    factor: Vec<c64>,
+    factor: Multifrontal,
 }
 
 impl HermitianCholesky {
@@ -190,36 +203,8 @@ impl HermitianCholesky {
     /// [`SolveError::OutOfMemory`] the size that was too much.
     pub fn new(matrix: &HermitianMatrix, ordering: &Ordering) -> Result<Self, SolveError> {
         SolveError::check_length("unknowns in order", ordering.len(), matrix.order())?;
-        let symbolic = factorize_symbolic_cholesky(
-            matrix.pattern.faer(),
-            Side::Lower,
-            SymmetricOrdering::Custom(ordering.faer()),
-            faer::sparse::linalg::cholesky::CholeskySymbolicParams::default(),
-        );
-        let symbolic = symbolic.map_err(|_| SolveError::OutOfMemory {
-            bytes: matrix.pattern.entries() * size_of::<u32>(),
-        })?;
-        let mut factor = zeros(symbolic.len_val())?;
-        let scratch =
-            symbolic.factorize_numeric_llt_scratch::<c64>(Par::Seq, faer::Spec::default());
-        let mut memory = memory(scratch)?;
-        let result = symbolic.factorize_numeric_llt(
-            &mut factor,
-            matrix.faer(),
-            Side::Lower,
-            LltRegularization::default(),
-            Par::Seq,
-            MemStack::new(&mut memory),
-            faer::Spec::default(),
-        );
-        if let Err(LltError::NonPositivePivot { index }) = result {
-            // The simplicial code counts from 1.
-            let simplicial = matches!(symbolic.raw(), SymbolicCholeskyRaw::Simplicial(_));
-            let place = index.saturating_sub(usize::from(simplicial));
-            let column = ordering.order().get(place).map_or(place, |&c| c as usize);
-            return Err(SolveError::NotPositiveDefinite { column, pivot: 0.0 });
-        }
-        Ok(Self { symbolic, factor })
+        let factor = Multifrontal::new(matrix, ordering)?;
+        Ok(Self { factor })
     }
 
     /// The solution of `matrix * x = right_side`, without refinement.
@@ -230,24 +215,14 @@ impl HermitianCholesky {
     /// # Errors
     /// [`SolveError::OutOfMemory`].
     pub fn solve(&self, right_side: &[c64]) -> Result<Vec<c64>, SolveError> {
-        let order = self.symbolic.nrows();
-        assert_eq!(right_side.len(), order, "one number per row");
-        let mut solution = right_side.to_vec();
-        let scratch = self.symbolic.solve_in_place_scratch::<c64>(1, Par::Seq);
-        let mut memory = memory(scratch)?;
-        LltRef::new(&self.symbolic, &self.factor).solve_in_place_with_conj(
-            Conj::No,
-            MatMut::from_column_major_slice_mut(&mut solution, order, 1),
-            Par::Seq,
-            MemStack::new(&mut memory),
-        );
-        Ok(solution)
+        assert_eq!(right_side.len(), self.factor.order(), "one number per row");
+        self.factor.solve(right_side)
     }
 
-    /// Numbers stored in the factor, 16 bytes each.
+    /// Numbers stored in the factor: real ones of 8 bytes each, and complex ones of 16.
     #[must_use]
-    pub fn factor_entries(&self) -> usize {
-        self.factor.len()
+    pub fn factor_entries(&self) -> [usize; 2] {
+        self.factor.entries()
     }
 }
 
@@ -255,8 +230,8 @@ impl std::fmt::Debug for HermitianCholesky {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         formatter
             .debug_struct("HermitianCholesky")
-            .field("order", &self.symbolic.nrows())
-            .field("factor_entries", &self.factor.len())
+            .field("order", &self.factor.order())
+            .field("factor_entries", &self.factor.entries())
             .finish()
     }
 }
@@ -339,6 +314,46 @@ mod tests {
             let error = expected.iter().zip(&found).map(|(a, b)| (a - b).norm());
             assert!(error.fold(0.0, f64::max) < 1e-12);
         }
+    }
+
+    #[test]
+    fn what_no_complex_number_reaches_is_kept_in_real_ones() {
+        // A strip whose first vertices are coupled, eliminated from the other end.
+        let order = 400;
+        let edges = (0..order - 1).flat_map(|k| {
+            let second = (k + 2 < order).then_some(([k, k + 2], 0.5));
+            [([k, k + 1], 1.0)].into_iter().chain(second)
+        });
+        let edges: Vec<_> = edges.collect();
+        let matrix = HermitianMatrix::laplacian(order, &edges, [(1, 0, 0.01)]).unwrap();
+        let matrix = matrix.decoupled(&[200]);
+        let mut reversed: Vec<u32> = (0..order as u32).collect();
+        reversed.reverse();
+        let orders = [reversed, (0..order as u32).collect()];
+        let factors = orders.map(|places| {
+            let ordering = Ordering::from_order(places).unwrap();
+            let factor = HermitianCholesky::new(&matrix, &ordering).unwrap();
+            let expected = vector(order);
+            let found = factor.solve(&matrix.multiply(&expected)).unwrap();
+            let error = expected.iter().zip(&found).map(|(a, b)| (a - b).norm());
+            assert!(error.fold(0.0, f64::max) < 1e-9);
+            factor.factor_entries()
+        });
+        let [late, early] = factors;
+        assert!(late[1] < 30 && late[0] > 1000, "{late:?}");
+        assert!(early[1] > 500, "{early:?}");
+    }
+
+    #[test]
+    fn an_empty_and_a_single_equation_are_solved() {
+        let empty = HermitianMatrix::laplacian(0, &[], []).unwrap();
+        let factor = HermitianCholesky::new(&empty, &Ordering::natural(0)).unwrap();
+        assert!(factor.solve(&[]).unwrap().is_empty());
+        let real = SymmetricMatrix::from_triplets(1, [(0, 0, 4.0)]).unwrap();
+        let single = HermitianMatrix::new(&real, []).unwrap();
+        let factor = HermitianCholesky::new(&single, &Ordering::natural(1)).unwrap();
+        let solution = factor.solve(&[c64::new(8.0, 4.0)]).unwrap();
+        assert!((solution[0] - c64::new(2.0, 1.0)).norm() < 1e-15);
     }
 
     #[test]

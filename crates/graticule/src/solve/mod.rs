@@ -46,6 +46,7 @@ mod ldlt;
 mod least_squares;
 mod lu;
 mod memory;
+mod multifrontal;
 mod ordering;
 mod pattern;
 mod preconditioner;

@@ -36,7 +36,10 @@ pub(super) fn run(
         Scale::UnitSquare => 1.0 / atlas.side,
         Scale::AsMade => 1.0,
     };
-    let places: Vec<DVec2> = atlas.places.iter().map(|&place| place * scale).collect();
+    // What is measured is what the file will hold.
+    let format = options.paths.output()?.format();
+    let stored = |&place: &DVec2| format.stored_uv(place * scale);
+    let places: Vec<DVec2> = atlas.places.iter().map(stored).collect();
     outcome.report.result = to_report(&atlas, &part)?;
     let corners = atlas.corners.map(|&place| places[place as usize]);
     let judged = Judged::at_corners(&part.surface, corners, session)?;

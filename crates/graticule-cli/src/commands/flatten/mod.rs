@@ -34,7 +34,7 @@ use piece::Piece;
 /// Reads, repairs, flattens, measures, draws, writes.
 pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {
     let plan = options.check(&session.common)?;
-    let input = Input::read(&options.mesh, session)?;
+    let input = Input::read(&options.paths.mesh, session)?;
     let mut outcome = Outcome::of(Report::new(
         "flatten",
         session.options_to_report(&options.in_force())?,

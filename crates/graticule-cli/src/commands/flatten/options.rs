@@ -1,35 +1,25 @@
 //! The options of `graticule flatten`, and which of them go together.
 
-use std::path::PathBuf;
-
 use clap::{Args, ValueEnum};
 use graticule::flatten::{FlattenError, Mix};
 use graticule::mesh::RepairOptions;
 use graticule::tolerance::LARGEST_ASPECT;
-use graticule_io::Format;
 use serde::Serialize;
 
 use super::atlas_options::AtlasArguments;
 use super::told::{Line, Pin, Place, Told, parse_line, parse_pin, parse_place, parse_told};
 use crate::arguments::CommonOptions;
 use crate::failure::Failure;
-use crate::mesh_output::{MeshOutput, parse_format};
+use crate::mesh_output::MeshPaths;
 use crate::outcome::Plan;
 use crate::repair_options::RepairArguments;
 
 /// Options of `graticule flatten`.
 #[derive(Args, Clone, Debug, Serialize)]
 pub(crate) struct Options {
-    /// The mesh with the patch; - is standard input
-    #[arg(value_name = "MESH")]
-    pub(super) mesh: PathBuf,
-    /// Where to write the mesh with texture coordinates; - is standard output
-    #[arg(long, short, value_name = "OUT")]
-    output: PathBuf,
-    /// Format to write, if OUT's ending does not tell
-    #[arg(long, value_name = "FORMAT", value_parser = parse_format)]
-    #[serde(skip)]
-    format: Option<Format>,
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub(super) paths: MeshPaths,
     /// How to flatten
     #[arg(long, value_enum, default_value_t = Method::Natural)]
     pub(super) method: Method,
@@ -246,7 +236,7 @@ impl Options {
         self.check_counts()?;
         self.check_combinations()?;
         self.check_values()?;
-        let output = MeshOutput::new(&self.output, self.format)?.with_uvs()?;
+        let output = self.paths.output()?.with_uvs()?;
         Plan::with_mesh(common, Some(output))
     }
 

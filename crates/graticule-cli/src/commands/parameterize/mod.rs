@@ -22,7 +22,7 @@ pub(crate) use options::Options;
 /// Reads, repairs, computes field and coordinates, draws, writes.
 pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {
     let plan = options.check(&session.common)?;
-    let input = Input::read(&options.mesh, session)?;
+    let input = Input::read(&options.paths.mesh, session)?;
     let mut outcome = Outcome::of(Report::new(
         "parameterize",
         session.options_to_report(options)?,

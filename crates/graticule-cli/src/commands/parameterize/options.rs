@@ -14,23 +14,16 @@ use serde::Serialize;
 use crate::arguments::CommonOptions;
 use crate::failure::Failure;
 use crate::field_arguments::{FieldArguments, parse_number};
-use crate::mesh_output::MeshOutput;
+use crate::mesh_output::MeshPaths;
 use crate::outcome::Plan;
 use crate::repair_options::RepairArguments;
 
 /// Options of `graticule parameterize`.
 #[derive(Args, Debug, Serialize)]
 pub(crate) struct Options {
-    /// The mesh
-    #[arg(value_name = "MESH")]
-    pub(super) mesh: PathBuf,
-    /// Where to write the mesh with its coordinates as texture coordinates (.obj, .ply, .glb), one
-    /// unit for each chart; - is standard output
-    #[arg(long, short, value_name = "OUT")]
-    output: PathBuf,
-    /// Format of the mesh, if the name does not tell
-    #[arg(long, value_name = "FORMAT")]
-    format: Option<String>,
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub(super) paths: MeshPaths,
     /// Side of a chart in mean edge lengths
     #[arg(long, value_name = "N", default_value_t = 10.0, value_parser = parse_positive)]
     chart_size: f64,
@@ -89,11 +82,7 @@ enum Method {
 impl Options {
     /// Checks everything that can be checked before any work.
     pub(super) fn check(&self, common: &CommonOptions) -> Result<Plan, Failure> {
-        let format = self.format.as_deref().map(crate::mesh_output::parse_format);
-        let format = format
-            .transpose()
-            .map_err(|fact| Failure::usage(fact, "name one of obj, ply, glb"))?;
-        let output = MeshOutput::new(&self.output, format)?.with_uvs()?;
+        let output = self.paths.output()?.with_uvs()?;
         let mut plan = Plan::with_mesh(common, Some(output))?;
         if let Some(path) = &self.integers {
             plan.add_file(path.clone())?;

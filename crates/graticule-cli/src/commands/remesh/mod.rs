@@ -21,7 +21,7 @@ pub(crate) use options::Options;
 /// Reads, repairs, remeshes, carries attributes over, measures, draws, writes.
 pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {
     let plan = options.check(&session.common)?;
-    let input = Input::read(&options.mesh, session)?;
+    let input = Input::read(&options.paths.mesh, session)?;
     let mut outcome = Outcome::of(Report::new("remesh", session.options_to_report(options)?));
     outcome.report.input = input.to_report();
     let repaired = input.repaired_on_the_way(options.repair_options(), session)?;

@@ -1,34 +1,24 @@
 //! The options of `graticule remesh`.
 
-use std::path::PathBuf;
-
 use clap::Args;
 use graticule::field::{FeatureOptions, FieldOptions, SmoothingOptions};
 use graticule::mesh::RepairOptions;
 use graticule::periodic::GridDensity;
 use graticule::quads::{QuadMode, RemeshOptions, ShapeOptions};
-use graticule_io::Format;
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 
 use crate::arguments::CommonOptions;
 use crate::failure::Failure;
-use crate::mesh_output::{MeshOutput, parse_format};
+use crate::mesh_output::MeshPaths;
 use crate::outcome::Plan;
 use crate::repair_options::RepairArguments;
 
 /// Options of `graticule remesh`.
 #[derive(Args, Debug, Serialize)]
 pub(crate) struct Options {
-    /// The mesh
-    #[arg(value_name = "MESH")]
-    pub(super) mesh: PathBuf,
-    /// Where to write the quads (.obj, .ply, .off, .glb); - is standard output
-    #[arg(long, short, value_name = "OUT")]
-    output: PathBuf,
-    /// Format of the output, instead of by the ending of its name
-    #[arg(long, value_name = "FORMAT", value_parser = parse_format)]
-    #[serde(serialize_with = "format_name")]
-    format: Option<Format>,
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub(super) paths: MeshPaths,
     /// How many quads [default: 5000]
     #[arg(long, value_name = "N", conflicts_with = "edge_length", value_parser = clap::value_parser!(u32).range(1..=50_000_000))]
     quads: Option<u32>,
@@ -55,19 +45,10 @@ pub(crate) struct Options {
     repair: RepairArguments,
 }
 
-#[allow(
-    clippy::ref_option,
-    clippy::trivially_copy_pass_by_ref,
-    reason = "the signature is serde's"
-)]
-fn format_name<S: Serializer>(format: &Option<Format>, serializer: S) -> Result<S::Ok, S::Error> {
-    format.map(Format::extension).serialize(serializer)
-}
-
 impl Options {
     /// Checks everything that can be checked before any work.
     pub(super) fn check(&self, common: &CommonOptions) -> Result<Plan, Failure> {
-        let output = MeshOutput::new(&self.output, self.format)?;
+        let output = self.paths.output()?;
         Plan::with_mesh(common, Some(output))
     }
 

@@ -53,12 +53,13 @@ pub struct RepairChanges {
 }
 
 impl RepairChanges {
-    /// Whether the soup was a sound surface of triangles as it was; notes
-    /// ([`seams_left_open`](Self::seams_left_open), [`cavities`](Self::cavities),
-    /// [`zero_area_left`](Self::zero_area_left)) are no changes.
+    /// Whether the soup was a sound surface as it was. That polygons stand for triangles is no
+    /// change, and notes ([`seams_left_open`](Self::seams_left_open), [`cavities`](Self::cavities),
+    /// [`zero_area_left`](Self::zero_area_left)) are none.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         let noted = Self {
+            polygons_triangulated: self.polygons_triangulated,
             seams_left_open: self.seams_left_open.clone(),
             cavities: self.cavities.clone(),
             zero_area_left: self.zero_area_left.clone(),

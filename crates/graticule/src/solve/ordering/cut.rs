@@ -15,22 +15,30 @@ const LEAST_SHARE: f64 = 0.3;
 /// cuts across a compact piece of a triangle mesh cross two to four.
 const POOR_CUT: f64 = 6.0;
 
+/// No other direction is tried where a cut crosses fewer edges than this times the root of the
+/// part's size: one across a square piece of a triangle mesh crosses more.
+const GOOD_CUT: f64 = 2.2;
+
 /// Splits the vertices of a part in two non-empty sides with few edges between them.
 ///
 /// `point` gives each vertex a finite place. The part has at least two vertices.
 pub(super) fn choose_cut(graph: &Graph, point: impl Fn(u32) -> DVec3) -> Vec<Side> {
     let vertices = 0..graph.vertices() as u32;
-    let root = graph.vertices().isqrt();
+    let root = (graph.vertices() as f64).sqrt();
     let points: Vec<DVec3> = vertices.clone().map(&point).collect();
     let mut best: Option<(Cut, Vec<u16>)> = None;
     for direction in directions(&points) {
         let slices = Slices::across(direction, &points);
         let bins = points.iter().map(|&point| slices.bin(point)).collect();
         best = better(best, best_cut(graph, bins));
+        let crossing = best.as_ref().map_or(f64::INFINITY, |(cut, _)| cut.crossing);
+        if crossing <= GOOD_CUT * root {
+            break;
+        }
     }
     if best
         .as_ref()
-        .is_none_or(|(cut, _)| cut.crossing > POOR_CUT * root as f64)
+        .is_none_or(|(cut, _)| cut.crossing > POOR_CUT * root)
     {
         best = better(best, best_cut(graph, bins_of_steps(graph)));
     }
