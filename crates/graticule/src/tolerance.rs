@@ -435,3 +435,11 @@ pub const FLAT_IN_NET: f64 = 1e-5;
 /// At a half a triangle is squeezed as no field without singularities asks for; a few such triangles
 /// rule the L² stretch of a whole map.
 pub const NEARLY_INVERTED: f64 = 0.5;
+
+/// Areas of refined triangles miss those of the input by this share at most: rounding of positions
+/// interpolated, over a million triangles.
+pub const LAYOUT_AREA: f64 = 1e-9;
+
+/// Coordinates of a chart laid out triangle by triangle agree to this, in sides of a chart: far above
+/// rounding over a million triangles, far below the size of any triangle.
+pub const CHART_AGREEMENT: f64 = 1e-8;

@@ -1,0 +1,59 @@
+use super::ChartId;
+use crate::Hint;
+use crate::mesh::{FaceId, VertexId};
+
+/// Why there is no layout of charts.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum LayoutError {
+    /// An array has another size than the mesh.
+    #[error("{what}: {given} values were given, {needed} are needed")]
+    Count {
+        /// Which array.
+        what: &'static str,
+        /// Its size.
+        given: usize,
+        /// The size needed.
+        needed: usize,
+    },
+    /// An arc ends inside a chart.
+    #[error("an arc ends inside a chart, at vertex {}", vertex.0)]
+    DanglingArc {
+        /// Where it ends, in the refined surface.
+        vertex: VertexId,
+    },
+    /// A chart is no disk.
+    #[error("{chart}, which holds triangle {}, is no disk: {rule}", face.0)]
+    NoDisk {
+        /// The chart.
+        chart: ChartId,
+        /// One of its triangles, in the refined surface.
+        face: FaceId,
+        /// Which rule is broken.
+        rule: &'static str,
+    },
+    /// Nodes less arcs plus charts is not what it is for the surface.
+    #[error("nodes - arcs + charts is {found}, for the surface it is {expected}")]
+    EulerCharacteristic {
+        /// For the layout.
+        found: i64,
+        /// For the surface.
+        expected: i64,
+    },
+    /// The refined surface does not cover the input once.
+    #[error("refined triangles miss the area of the input by a share of {share:e}")]
+    Area {
+        /// The differences in all triangles of the input, as a share of its area.
+        share: f64,
+    },
+}
+
+impl Hint for LayoutError {
+    fn hint(&self) -> Option<String> {
+        match self {
+            Self::NoDisk { .. } | Self::DanglingArc { .. } => {
+                Some("ask for smaller charts, or repair the mesh first".into())
+            }
+            _ => None,
+        }
+    }
+}
