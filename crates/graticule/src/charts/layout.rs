@@ -10,8 +10,8 @@ use super::{ArcId, ChartId, LayoutError};
 use crate::geometry::{face_areas, face_shapes};
 use crate::mesh::disjoint_sets::{DisjointSets, number_names};
 use crate::mesh::{
-    Element, FaceId, HalfedgeId, PerCorner, PerEdge, PerFace, PerVertex, Surface, SurfacePoint,
-    Topology, TriangleMesh, VertexId,
+    Element, FaceId, HalfedgeId, MeshError, PerCorner, PerEdge, PerFace, PerVertex, Surface,
+    SurfacePoint, Topology, TriangleMesh, VertexId,
 };
 use crate::tolerance::LAYOUT_AREA;
 
@@ -78,7 +78,7 @@ pub struct EmbeddedNet {
     pub vertex_origin: PerVertex<SurfacePoint>,
     /// What runs along each edge; the boundary is always an arc.
     pub edges: PerEdge<Option<ArcKind>>,
-    /// Vertices that are nodes even where only two arcs meet.
+    /// Vertices that are nodes even where only two arcs meet, if a chart has a corner there.
     pub nodes: PerVertex<bool>,
     /// Coordinates in each triangle that has some, from one to the next the same up to a quarter
     /// turn and a shift. The unit is one chart.
@@ -106,7 +106,7 @@ impl ChartLayout {
     /// Finds nodes, arcs and charts of a net drawn on edges.
     ///
     /// Nodes are where three arcs or more meet, where the kind of an arc changes, the vertices marked
-    /// as such where two do, and some more where a chart would have less than three or two arcs the
+    /// as such where two do and a chart has a corner, and some more where a chart would have less than three or two arcs the
     /// same ends. A node is a corner of a chart where it sees the border turn by an eighth of a circle
     /// or more, in coordinates where there are some, else in space.
     ///
@@ -118,7 +118,7 @@ impl ChartLayout {
         check_counts(&net)?;
         let mesh = net.surface.mesh();
         let edges = with_boundary(mesh, &net.edges);
-        let graph = ArcGraph::of(&net.surface, &edges, &net.nodes)?;
+        let graph = ArcGraph::of(&net, &edges)?;
         let traced = TracedArcs::of(&graph);
         let (chart_of, count) = flood(mesh, &edges);
         let borders = Borders::of(mesh, &edges, &chart_of, count)?;
@@ -252,6 +252,15 @@ impl ChartLayout {
         } else {
             Err(LayoutError::Area { share })
         }
+    }
+
+    /// The same layout on a surface with the same triangles as the one refined.
+    pub(super) fn carried_to(self, input: &Surface) -> Result<Self, MeshError> {
+        let positions = self.vertex_origin.map(|point| point.position(input));
+        Ok(Self {
+            surface: Surface::new(self.surface.shared_mesh(), positions)?,
+            ..self
+        })
     }
 
     fn check_euler(&self) -> Result<(), LayoutError> {

@@ -9,7 +9,7 @@ use crate::geometry::TriangleShape;
 use crate::mesh::{HalfedgeId, VertexId};
 
 /// The widest angle inside a chart at which a node is a corner: halfway from square to straight.
-const WIDEST_CORNER: f64 = 3.0 * FRAC_PI_4;
+pub(super) const WIDEST_CORNER: f64 = 3.0 * FRAC_PI_4;
 
 /// Corners that a chart with less than three is given.
 const CORNERS: usize = 4;
@@ -75,7 +75,7 @@ fn inner_angle(net: &EmbeddedNet, incoming: HalfedgeId, outgoing: HalfedgeId) ->
 }
 
 /// The angle of a corner in coordinates, or in space where there are none.
-fn corner_angle(net: &EmbeddedNet, corner: HalfedgeId) -> f64 {
+pub(super) fn corner_angle(net: &EmbeddedNet, corner: HalfedgeId) -> f64 {
     let flat = [corner, corner.next(), corner.previous()].map(|c| net.coordinates[c]);
     if let [Some(apex), Some(next), Some(last)] = flat {
         (next - apex).angle_to(last - apex).abs()

@@ -1,6 +1,10 @@
 use super::ChartId;
 use crate::Hint;
-use crate::mesh::{FaceId, VertexId};
+use crate::field::FieldError;
+use crate::mesh::{FaceId, MeshError, VertexId};
+use crate::periodic::{GridMapError, IntegerGridError, PeriodicError};
+use crate::quads::QuadsError;
+use crate::watch::Stopped;
 
 /// Why there is no layout of charts.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -39,12 +43,41 @@ pub enum LayoutError {
         /// For the surface.
         expected: i64,
     },
+    /// The map is for another mesh.
+    #[error("the map has coordinates for {given} corners, the mesh has {needed}")]
+    OtherMesh {
+        /// Corners of the map.
+        given: usize,
+        /// Corners of the mesh.
+        needed: usize,
+    },
     /// The refined surface does not cover the input once.
     #[error("refined triangles miss the area of the input by a share of {share:e}")]
     Area {
         /// The differences in all triangles of the input, as a share of its area.
         share: f64,
     },
+    /// There is no field.
+    #[error(transparent)]
+    Field(#[from] FieldError),
+    /// There are no periodic coordinates.
+    #[error(transparent)]
+    Periodic(#[from] PeriodicError),
+    /// There is no integer grid map.
+    #[error(transparent)]
+    Integer(#[from] IntegerGridError),
+    /// The coordinates are no map.
+    #[error(transparent)]
+    Map(#[from] GridMapError),
+    /// The lines could not be traced.
+    #[error(transparent)]
+    Lines(#[from] QuadsError),
+    /// The refined triangles are no surface.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+    /// The computation was stopped.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
 }
 
 impl Hint for LayoutError {
@@ -53,7 +86,17 @@ impl Hint for LayoutError {
             Self::NoDisk { .. } | Self::DanglingArc { .. } => {
                 Some("ask for smaller charts, or repair the mesh first".into())
             }
-            _ => None,
+            Self::Field(error) => error.hint(),
+            Self::Periodic(error) => error.hint(),
+            Self::Integer(error) => error.hint(),
+            Self::Map(error) => error.hint(),
+            Self::Lines(error) => error.hint(),
+            Self::Mesh(error) => error.hint(),
+            Self::Stopped(stopped) => stopped.hint(),
+            Self::Count { .. }
+            | Self::EulerCharacteristic { .. }
+            | Self::Area { .. }
+            | Self::OtherMesh { .. } => None,
         }
     }
 }

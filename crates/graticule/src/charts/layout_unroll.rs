@@ -1,45 +1,10 @@
 use glam::DVec2;
 
 use super::layout_corners::orientation;
+use super::layout_transition::{ChartTransition, exact_part, nearest_turn};
 use super::{ArcKind, ChartKind, EmbeddedNet};
 use crate::mesh::{FaceId, HalfedgeId, PerCorner, PerEdge, PerFace};
-use crate::periodic::QuarterTurn;
 use crate::tolerance::CHART_AGREEMENT;
-
-/// The smallest part of a chart's side that charts may be whole multiples of.
-const FINEST_PART: f64 = 64.0;
-
-/// How coordinates of a triangle become those of the chart.
-#[derive(Clone, Copy)]
-struct Frame {
-    turn: QuarterTurn,
-    shift: DVec2,
-}
-
-impl Frame {
-    fn apply(self, point: DVec2) -> DVec2 {
-        self.turn.apply(point) + self.shift
-    }
-
-    /// The frame that takes one pair of points to another.
-    fn between([a, b]: [DVec2; 2], [to_a, to_b]: [DVec2; 2]) -> Self {
-        let turn = nearest_turn(b - a, to_b - to_a);
-        let shift = to_a - turn.apply(a);
-        Self { turn, shift }
-    }
-}
-
-/// The turn that takes the first vector nearest to the second.
-fn nearest_turn(from: DVec2, to: DVec2) -> QuarterTurn {
-    let [along, across] = [from.dot(to), from.perp_dot(to)];
-    QuarterTurn::of_quarters(if along.abs() >= across.abs() {
-        if along >= 0.0 { 0 } else { 2 }
-    } else if across > 0.0 {
-        1
-    } else {
-        3
-    })
-}
 
 /// Lays out charts in the plane, triangle by triangle ([PGP06] §3.3).
 ///
@@ -47,7 +12,8 @@ fn nearest_turn(from: DVec2, to: DVec2) -> QuarterTurn {
 pub(super) struct Unrolling<'a> {
     net: &'a EmbeddedNet,
     edges: &'a PerEdge<Option<ArcKind>>,
-    frames: PerFace<Option<Frame>>,
+    /// How coordinates of each triangle become those of the chart.
+    frames: PerFace<Option<ChartTransition>>,
     coordinates: PerCorner<Option<DVec2>>,
 }
 
@@ -91,7 +57,7 @@ impl<'a> Unrolling<'a> {
         let [start, ahead] = [first, first.next()].map(|corner| self.net.coordinates[corner]);
         let turn = nearest_turn(ahead? - start?, DVec2::X);
         let shift = -turn.apply(start?);
-        self.frames[first.face()] = Some(Frame { turn, shift });
+        self.frames[first.face()] = Some(ChartTransition { turn, shift });
         let mut faces = vec![first.face()];
         let mut next = 0;
         while let Some(&face) = faces.get(next) {
@@ -107,7 +73,7 @@ impl<'a> Unrolling<'a> {
                     return None;
                 };
                 if self.frames[twin.face()].is_none() {
-                    self.frames[twin.face()] = Some(Frame::between([c, d], [a, b]));
+                    self.frames[twin.face()] = Some(ChartTransition::between([c, d], [a, b]));
                     faces.push(twin.face());
                 }
                 let found = [twin.next(), twin].map(|corner| self.laid_out(corner));
@@ -135,14 +101,7 @@ impl<'a> Unrolling<'a> {
         let Some(far) = self.coordinates[sides[2][0]] else {
             return;
         };
-        let far = far.map(|coordinate| {
-            let whole = (coordinate * FINEST_PART).round() / FINEST_PART;
-            if (whole - coordinate).abs() < CHART_AGREEMENT {
-                whole
-            } else {
-                coordinate
-            }
-        });
+        let far = far.map(exact_part);
         for (side, halfedges) in sides.iter().enumerate() {
             let (axis, level) = [(1, 0.0), (0, far.x), (1, far.y), (0, 0.0)][side];
             for &halfedge in halfedges {

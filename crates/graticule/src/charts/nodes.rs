@@ -1,6 +1,7 @@
 use super::arcs::TracedArcs;
-use super::{ArcKind, LayoutError};
-use crate::mesh::{EdgeId, PerEdge, PerVertex, Surface, TriangleMesh, VertexId};
+use super::layout_corners::{WIDEST_CORNER, corner_angle};
+use super::{ArcKind, EmbeddedNet, LayoutError};
+use crate::mesh::{EdgeId, HalfedgeId, PerEdge, PerVertex, Surface, TriangleMesh, VertexId};
 
 /// Nodes that a closed line without any gets.
 const CLOSED_LINE_NODES: usize = 4;
@@ -17,10 +18,10 @@ pub(super) struct ArcGraph<'a> {
 
 impl<'a> ArcGraph<'a> {
     pub(super) fn of(
-        surface: &'a Surface,
+        net: &'a EmbeddedNet,
         kinds: &'a PerEdge<Option<ArcKind>>,
-        marked: &PerVertex<bool>,
     ) -> Result<Self, LayoutError> {
+        let surface = &net.surface;
         let count = surface.mesh().vertex_count();
         let mut graph = Self {
             surface,
@@ -30,7 +31,7 @@ impl<'a> ArcGraph<'a> {
             edges: PerVertex::filled(count, [EdgeId(0); 2]),
         };
         graph.collect_edges();
-        graph.find_nodes(marked)?;
+        graph.find_nodes(net)?;
         graph.give_closed_lines_nodes();
         graph.make_distinct();
         Ok(graph)
@@ -68,17 +69,34 @@ impl<'a> ArcGraph<'a> {
         }
     }
 
-    fn find_nodes(&mut self, marked: &PerVertex<bool>) -> Result<(), LayoutError> {
+    fn find_nodes(&mut self, net: &EmbeddedNet) -> Result<(), LayoutError> {
         for vertex in self.mesh().vertices() {
             let [one, other] = self.edges[vertex].map(|edge| self.kinds[edge]);
             self.is_node[vertex] = match self.degrees[vertex] {
                 0 => false,
                 1 => return Err(LayoutError::DanglingArc { vertex }),
-                2 => marked[vertex] || one != other,
+                2 => one != other || net.nodes[vertex] && self.turns(net, vertex),
                 _ => true,
             };
         }
         Ok(())
+    }
+
+    /// Whether the border of a chart turns at a vertex that two arc edges meet.
+    fn turns(&self, net: &EmbeddedNet, vertex: VertexId) -> bool {
+        let mesh = self.mesh();
+        let is_arc = |halfedge: HalfedgeId| self.kinds[mesh.edge(halfedge)].is_some();
+        let fan: Vec<HalfedgeId> = mesh.outgoing(vertex).collect();
+        let first = fan.iter().position(|&leaving| is_arc(leaving));
+        let mut angles = Vec::new();
+        for &leaving in fan.iter().cycle().skip(first.unwrap_or(0)).take(fan.len()) {
+            if is_arc(leaving) || angles.is_empty() {
+                angles.push(0.0);
+            }
+            let last = angles.len() - 1;
+            angles[last] += corner_angle(net, leaving);
+        }
+        angles.iter().any(|&angle| angle < WIDEST_CORNER)
     }
 
     /// The vertices and edges from a vertex along an edge to the next node, or round to the vertex.

@@ -176,7 +176,7 @@ fn field_options(surface: &Surface, options: &RemeshOptions) -> FieldOptions {
 }
 
 /// The edges that the field is held to as features.
-fn all_features(surface: &Surface, options: &FieldOptions) -> Vec<EdgeId> {
+pub(crate) fn all_features(surface: &Surface, options: &FieldOptions) -> Vec<EdgeId> {
     let given = &options.features;
     let mut features = given.edges.clone();
     if let Some(dihedral) = given.dihedral {
