@@ -33,6 +33,8 @@ mod layout_map;
 mod layout_refine;
 mod layout_stage;
 #[cfg(test)]
+mod layout_surface_tests;
+#[cfg(test)]
 mod layout_tests;
 mod layout_transition;
 mod layout_unroll;
