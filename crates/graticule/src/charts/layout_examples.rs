@@ -40,7 +40,7 @@ pub(crate) fn cube_net(cells: u32) -> EmbeddedNet {
     let positions = fixture.positions.clone();
     quad_net(&fixture, f64::from(cells), |[from, to]| {
         let [a, b] = [from, to].map(|vertex| positions[vertex as usize]);
-        let shared = (0..3).filter(|&axis| a[axis].abs() == 1.0 && a[axis] == b[axis]);
+        let shared = (0..3).filter(|&axis| (a[axis] * b[axis] - 1.0).abs() < 1e-9);
         shared.count() == 2
     })
 }

@@ -235,6 +235,7 @@ fn layout_without_lines(
 }
 
 /// The density of a net with cells of the size of charts.
+#[expect(clippy::cast_sign_loss, reason = "it is 1 at least")]
 fn density(surface: &Surface, size: ChartSize) -> GridDensity {
     match size {
         ChartSize::MeanEdges(count) => {

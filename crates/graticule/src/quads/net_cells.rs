@@ -274,15 +274,17 @@ impl NodePlaces {
     }
 }
 
-/// The number of the line along an edge.
+/// The number of the line along an edge; of two the one that can be halved more often.
 fn line_along(mesh: &TriangleMesh, map: &GridMap, edge: EdgeId) -> Option<i64> {
     let first = mesh.edge_halfedge(edge);
     let sides = [Some(first), mesh.twin(first)];
     let side = (sides.into_iter().flatten()).find(|side| !map.is_left_out(side.face()))?;
     let [from, to] = [side, side.next()].map(|corner| map.coordinate(corner));
-    (0..2)
-        .filter(|&axis| from[axis] == to[axis] && from[axis] == from[axis].round())
-        .map(|axis| from[axis] as i64)
+    let on_line = (from.cmpeq(to) & from.cmpeq(from.round())).to_array();
+    let lines = on_line.into_iter().zip(from.to_array());
+    lines
+        .filter(|&(on_line, _)| on_line)
+        .map(|(_, line)| line as i64)
         .max_by_key(|line| line.trailing_zeros())
 }
 

@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 
 use graticule::charts::{Arc, BaseComplex, Chart, ChartLayout};
-use graticule::mesh::{Element, PolygonLabels, PolygonSoup, Repaired, SurfacePoint, VertexId};
+use graticule::mesh::{
+    Element, PolygonLabels, PolygonSoup, Polygons, Repaired, SurfacePoint, VertexId,
+};
 use serde_json::{Value, json};
 
 use crate::failure::Failure;
@@ -12,12 +14,13 @@ use crate::failure::Failure;
 pub(super) fn refined_mesh(layout: &ChartLayout) -> PolygonSoup {
     let surface = layout.surface();
     let mesh = surface.mesh();
+    let mut polygons = Polygons::default();
+    for face in mesh.faces() {
+        polygons.push(&mesh.triangle(face).map(|vertex| vertex.0));
+    }
     let mut soup = PolygonSoup {
         positions: surface.positions().as_slice().to_vec(),
-        polygons: mesh
-            .faces()
-            .map(|face| mesh.triangle(face).map(|v| v.0))
-            .collect(),
+        polygons,
         ..PolygonSoup::default()
     };
     soup.attributes.groups = Some(PolygonLabels {
