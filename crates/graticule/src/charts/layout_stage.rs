@@ -5,7 +5,7 @@ use super::layout_map::{left_out_count, map_for_charts};
 use super::layout_refine::embed;
 use super::{ChartKind, ChartLayout, LayoutError};
 use crate::field::{FieldOptions, FieldResult, cross_field};
-use crate::geometry::{EdgeLengths, normalized};
+use crate::geometry::{EdgeLengths, face_areas, face_shapes, normalized};
 use crate::mesh::{EdgeId, PerCorner, PerEdge, PerFace, Surface};
 use crate::periodic::{
     ChartSize, GridDensity, GridMap, IntegerGridOptions, ParameterizationReport,
@@ -58,6 +58,8 @@ pub struct LayoutReport {
     pub polygonal: usize,
     /// The share of charts that are not regular.
     pub singular_share: f64,
+    /// The share of the area that they cover.
+    pub singular_area_share: f64,
     /// Charts with no more than three sides, with four, five, six, and more.
     pub side_counts: [usize; 5],
     /// Nodes between corners, counted once for each side that they lie on.
@@ -310,6 +312,13 @@ fn warn_of_cells(cells: &NetCells, watch: &Watch) {
     }
 }
 
+fn singular_area_share(layout: &ChartLayout) -> f64 {
+    let areas = face_areas(&face_shapes(layout.surface()));
+    let is_singular = |face| layout.chart(layout.chart_of()[face]).kind != ChartKind::Regular;
+    let singular = areas.enumerate().filter(|&(face, _)| is_singular(face));
+    singular.map(|(_, area)| area).sum::<f64>() / areas.iter().sum::<f64>()
+}
+
 fn report(layout: &ChartLayout, cells: &NetCells, left_out: usize) -> LayoutReport {
     let charts = layout.charts();
     let whole = |count: usize| i64::try_from(count).unwrap_or(i64::MAX);
@@ -329,6 +338,7 @@ fn report(layout: &ChartLayout, cells: &NetCells, left_out: usize) -> LayoutRepo
         singular: of_kind(ChartKind::Singular),
         polygonal: of_kind(ChartKind::Polygonal),
         singular_share: layout.singular_share(),
+        singular_area_share: singular_area_share(layout),
         side_counts,
         t_junctions: sides.map(|side| side.len() - 1).sum(),
         triangles: layout.surface().mesh().face_count(),

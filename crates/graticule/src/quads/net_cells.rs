@@ -280,7 +280,7 @@ fn line_along(mesh: &TriangleMesh, map: &GridMap, edge: EdgeId) -> Option<i64> {
     let sides = [Some(first), mesh.twin(first)];
     let side = (sides.into_iter().flatten()).find(|side| !map.is_left_out(side.face()))?;
     let [from, to] = [side, side.next()].map(|corner| map.coordinate(corner));
-    let on_line = (from.cmpeq(to) & from.cmpeq(from.round())).to_array();
+    let on_line: [bool; 2] = (from.cmpeq(to) & from.cmpeq(from.round())).into();
     let lines = on_line.into_iter().zip(from.to_array());
     lines
         .filter(|&(on_line, _)| on_line)
