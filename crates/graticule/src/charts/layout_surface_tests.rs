@@ -210,7 +210,8 @@ fn a_square_with_a_straight_map_is_cut_into_unit_squares() {
             .enumerate()
             .filter(|(_, of)| of.index() == chart);
         let area: f64 = faces.map(|(face, _)| areas[face]).sum();
-        assert!((area - 1.0).abs() < 1e-12, "{area}");
+        // Coordinates of a map are multiples of 2^-32.
+        assert!((area - 1.0).abs() < 1e-9, "{area}");
     }
 }
 
