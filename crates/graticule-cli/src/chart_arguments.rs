@@ -8,6 +8,10 @@ use crate::field_arguments::parse_number;
 
 /// How large charts are.
 #[derive(Args, Clone, Copy, Debug, Serialize)]
+#[expect(
+    clippy::struct_field_names,
+    reason = "they are the names of the options"
+)]
 pub(crate) struct ChartArguments {
     /// Side of a chart in mean edge lengths
     #[arg(long, value_name = "N", default_value_t = 10.0, value_parser = parse_positive)]
