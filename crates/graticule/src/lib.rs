@@ -14,6 +14,7 @@
 //! | [`field`] | a surface | a smooth field of crosses, its singularities, a scale without curl |
 //! | [`periodic`] | a cross field | coordinates whose whole numbers form a net |
 //! | [`quads`] | such coordinates | a quad mesh in its final shape |
+//! | [`charts`] | such coordinates | a layout of charts, mostly squares |
 //! | [`journey`] | the polygons of a file | all of this, as one would tell it |
 //!
 //! The library opens no files, prints nothing and starts no threads beyond rayon's pool.
@@ -22,6 +23,7 @@
 //! [`PGP06`]: papers::PGP06
 #![forbid(unsafe_code)]
 
+pub mod charts;
 pub mod field;
 pub mod flatten;
 pub mod geometry;

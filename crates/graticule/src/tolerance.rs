@@ -452,3 +452,23 @@ pub const FLAT_IN_NET: f64 = 1e-5;
 /// At a half a triangle is squeezed as no field without singularities asks for; a few such triangles
 /// rule the L² stretch of a whole map.
 pub const NEARLY_INVERTED: f64 = 0.5;
+
+/// Areas of refined triangles miss those of the input by this share at most: rounding of positions
+/// interpolated, over a million triangles.
+pub const LAYOUT_AREA: f64 = 1e-9;
+
+/// Coordinates of a chart laid out triangle by triangle agree to this, in sides of a chart: far above
+/// rounding over a million triangles, far below the size of any triangle.
+pub const CHART_AGREEMENT: f64 = 1e-8;
+
+/// Lines of a layout that pass by a vertex at this share of an edge or less pass through it; nodes on
+/// an edge are as far apart where there is room: small beside a chart, large enough that triangles
+/// cut off by arcs are no needles.
+pub const SNAPPED_SHARE: f64 = 0.02;
+
+/// Lines of a layout move by this share of a chart's side at most to pass through a vertex, where
+/// triangles are larger than charts.
+pub const SNAPPED_CHART: f64 = 0.05;
+
+/// Nodes on an edge are this share of their mean distance apart, at least, where many lines cross it.
+pub const NODE_GAP: f64 = 0.1;

@@ -34,6 +34,8 @@ macro_rules! element_id {
     };
 }
 
+pub(crate) use element_id;
+
 element_id!(
     /// A vertex of a [`TriangleMesh`](super::TriangleMesh).
     VertexId,

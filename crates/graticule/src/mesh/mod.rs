@@ -38,6 +38,7 @@ pub use defects::{Defects, Finding, Severity};
 pub(crate) use disjoint_sets::DisjointSets;
 pub use element::{Element, PerComponent, PerCorner, PerEdge, PerElement, PerFace, PerVertex};
 pub use error::MeshError;
+pub(crate) use id::element_id;
 pub use id::{BoundaryLoopId, ComponentId, EdgeId, FaceId, HalfedgeId, VertexId};
 pub use list::ElementList;
 pub(crate) use measures::{largest_of, length};

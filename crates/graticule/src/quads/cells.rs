@@ -50,7 +50,7 @@ impl Cells {
 /// returns of how many pieces they were.
 ///
 /// [PGP06]: crate::papers::PGP06
-fn prune(overlay: &mut Overlay) -> usize {
+pub(super) fn prune(overlay: &mut Overlay) -> usize {
     let mut degrees = overlay.degrees();
     let mut ends: Vec<u32> = (overlay.darts())
         .filter(|&dart| overlay.is_drawn(dart))
@@ -76,7 +76,7 @@ fn prune(overlay: &mut Overlay) -> usize {
 }
 
 /// For each face of the overlay the number of its cell, and how many cells there are.
-fn join_faces(overlay: &Overlay) -> (Vec<u32>, usize) {
+pub(super) fn join_faces(overlay: &Overlay) -> (Vec<u32>, usize) {
     let mut sets = DisjointSets::new(overlay.face_count);
     for dart in overlay.darts().step_by(2) {
         if !overlay.is_drawn(dart) {
@@ -90,17 +90,17 @@ fn join_faces(overlay: &Overlay) -> (Vec<u32>, usize) {
 }
 
 /// What is known of each cell.
-struct Census {
+pub(super) struct Census {
     /// Vertices less arcs plus faces inside: 1 for a disk.
     euler: Vec<i64>,
     areas: Vec<f64>,
     /// Which cells are no disks, pass a node twice, or stand out so far that their border does not
     /// show them.
-    poor: Vec<bool>,
+    pub(super) poor: Vec<bool>,
 }
 
 impl Census {
-    fn of(overlay: &Overlay, of_face: &[u32], count: usize, cell_area: f64) -> Self {
+    pub(super) fn of(overlay: &Overlay, of_face: &[u32], count: usize, cell_area: f64) -> Self {
         let euler = euler_characteristics(overlay, of_face, count);
         let areas = cell_areas(overlay, of_face, count);
         let mut poor: Vec<bool> = euler.iter().map(|&euler| euler != 1).collect();
@@ -126,7 +126,7 @@ impl Census {
         Self { euler, areas, poor }
     }
 
-    fn has_poor(&self) -> bool {
+    pub(super) fn has_poor(&self) -> bool {
         self.poor.contains(&true)
     }
 

@@ -80,7 +80,7 @@ pub fn extract_polygons(
 }
 
 /// The area in space of a cell with the area 1 in coordinates, on average.
-fn usual_cell_area(surface: &Surface, map: &GridMap) -> f64 {
+pub(super) fn usual_cell_area(surface: &Surface, map: &GridMap) -> f64 {
     let areas = face_areas(&face_shapes(surface));
     let total: f64 = areas.iter().sum();
     let (mut in_space, mut in_plane) = (0.0, 0.0);

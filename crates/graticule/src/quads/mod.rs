@@ -14,6 +14,7 @@ mod error;
 mod extract;
 mod finer;
 mod line;
+mod net_cells;
 mod overlay;
 mod partition;
 mod polygon_mesh;
@@ -28,10 +29,13 @@ mod triangle_cut;
 pub use attributes::{Carry, InputPoint};
 pub use error::QuadsError;
 pub use extract::{Extraction, extract_polygons};
+pub(crate) use net_cells::NetCells;
+pub(crate) use overlay::ArcKind as NetArcKind;
 pub use polygon_mesh::PolygonMesh;
 pub use purify::{CutReport, pure_quads, quad_dominant};
+pub(crate) use remesh::all_features;
 pub use remesh::{QuadMode, RemeshError, RemeshOptions, RemeshReport, Remeshed, remesh};
 pub use shape::{Net, ShapeError, ShapeOptions, ShapeQuality, ShapeReport, Shaped, shape};
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

@@ -12,7 +12,7 @@ pub(super) const NONE: u32 = u32::MAX;
 
 /// What an arc is; of two that become one, the larger counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum ArcKind {
+pub(crate) enum ArcKind {
     /// A piece of an edge that nothing runs along: it lies inside a cell.
     Inner,
     /// A piece of a line of the net.

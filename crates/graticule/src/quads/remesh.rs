@@ -202,7 +202,7 @@ pub(super) fn side_length(surface: &Surface, density: GridDensity) -> f64 {
 }
 
 /// The edges that the field is held to as features.
-fn all_features(surface: &Surface, options: &FieldOptions) -> Vec<EdgeId> {
+pub(crate) fn all_features(surface: &Surface, options: &FieldOptions) -> Vec<EdgeId> {
     let given = &options.features;
     let mut features = given.edges.clone();
     if let Some(dihedral) = given.dihedral {

@@ -1,0 +1,350 @@
+use glam::DVec2;
+use serde::Serialize;
+
+use super::layout_map::{left_out_count, map_for_charts};
+use super::layout_refine::embed;
+use super::{ChartKind, ChartLayout, LayoutError};
+use crate::field::{FieldOptions, FieldResult, cross_field};
+use crate::geometry::{EdgeLengths, face_areas, face_shapes, normalized};
+use crate::mesh::{EdgeId, PerCorner, PerEdge, PerFace, Surface};
+use crate::periodic::{
+    ChartSize, GridDensity, GridMap, IntegerGridOptions, ParameterizationReport,
+    ParameterizeOptions, integer_grid_map, parameterize,
+};
+use crate::quads::{NetCells, all_features};
+use crate::watch::Watch;
+
+/// The map whose lines a layout follows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LayoutMap {
+    /// Periodic coordinates ([PGP06]): lines may end where they are singular, so that charts there
+    /// have any number of sides.
+    ///
+    /// [PGP06]: crate::papers::PGP06
+    #[default]
+    Periodic,
+    /// An integer grid map: nearly all charts have four sides.
+    IntegerGrid,
+}
+
+/// How [`chart_layout`] works.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LayoutOptions {
+    /// How the field that the arcs follow is made; its features become arcs.
+    pub field: FieldOptions,
+    /// The size of charts, and how periodic coordinates are made. Features are added to those given.
+    pub coordinates: ParameterizeOptions,
+    /// The map whose lines become arcs.
+    pub map: LayoutMap,
+}
+
+/// Counts of a layout.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LayoutReport {
+    /// Nodes.
+    pub nodes: usize,
+    /// Arcs.
+    pub arcs: usize,
+    /// Charts.
+    pub charts: usize,
+    /// Nodes less arcs plus charts.
+    pub euler_characteristic: i64,
+    /// Charts of which the map makes rectangles.
+    pub regular: usize,
+    /// Charts with four sides that are not regular.
+    pub singular: usize,
+    /// Charts with another number of sides.
+    pub polygonal: usize,
+    /// The share of charts that are not regular.
+    pub singular_share: f64,
+    /// The share of the area that they cover.
+    pub singular_area_share: f64,
+    /// Charts with no more than three sides, with four, five, six, and more.
+    pub side_counts: [usize; 5],
+    /// Nodes between corners, counted once for each side that they lie on.
+    pub t_junctions: usize,
+    /// Triangles of the refined surface.
+    pub triangles: usize,
+    /// Triangles of the input where the map is singular.
+    pub left_out_triangles: usize,
+    /// Pieces of lines that ended inside a chart and were taken away.
+    pub pruned_pieces: usize,
+    /// Charts that were no disks, or stood out too far, and got closer lines.
+    pub refined_charts: usize,
+    /// Charts that were no disks still, and were cut along edges.
+    pub split_charts: usize,
+}
+
+/// A layout with what it was made from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LaidOut {
+    /// The layout.
+    pub layout: ChartLayout,
+    /// The map whose lines it follows.
+    pub map: GridMap,
+    /// The kind of that map: not what was asked for, where that gave no layout; `None` where none did,
+    /// and arcs follow edges.
+    pub map_kind: Option<LayoutMap>,
+    /// The field that the map follows.
+    pub field: FieldResult,
+    /// The figures of the periodic coordinates, where they were used.
+    pub coordinates: Option<ParameterizationReport>,
+    /// The figures of the layout.
+    pub report: LayoutReport,
+}
+
+/// Cuts a surface into charts along the lines of a map that follows a cross field ([PGP06] §3.3).
+///
+/// Takes any surface: any genus, boundary and number of components. Scaling it changes nothing.
+/// Where the lines of periodic coordinates give no layout, those of an integer grid map are taken,
+/// with the warning `layout-from-integer-grid`; where these give none, edges of the triangles, with
+/// the warning `layout-without-lines`.
+///
+/// Cost: near-linear, most of it field and map.
+///
+/// # Errors
+/// [`LayoutError`].
+///
+/// [PGP06]: crate::papers::PGP06
+pub fn chart_layout(
+    surface: &Surface,
+    options: &LayoutOptions,
+    watch: &Watch,
+) -> Result<LaidOut, LayoutError> {
+    let _stage = watch.stage("chart layout");
+    let field = cross_field(surface, &options.field, watch)?;
+    let mut features = all_features(surface, &options.field);
+    features.extend(&options.coordinates.features);
+    features.sort_unstable();
+    features.dedup();
+    let made = first_that_works(surface, &field, &features, options, watch)?;
+    Ok(LaidOut {
+        layout: made.layout,
+        map: made.map,
+        map_kind: made.map_kind,
+        field,
+        coordinates: made.coordinates,
+        report: made.report,
+    })
+}
+
+/// The layout from the map asked for, else from the integer grid map, else without any line.
+fn first_that_works(
+    surface: &Surface,
+    field: &FieldResult,
+    features: &[EdgeId],
+    options: &LayoutOptions,
+    watch: &Watch,
+) -> Result<Made, LayoutError> {
+    if options.map == LayoutMap::Periodic {
+        match periodic_layout(surface, field, features, options, watch) {
+            Err(error) if !error.is_final() => watch.warn(
+                "layout-from-integer-grid",
+                format!("periodic coordinates gave no layout: {error}"),
+            ),
+            outcome => return outcome,
+        }
+    }
+    match integer_layout(surface, field, features, options, watch) {
+        Err(error) if !error.is_final() => watch.warn(
+            "layout-without-lines",
+            format!("an integer grid map gave no layout: {error}"),
+        ),
+        outcome => return outcome,
+    }
+    layout_without_lines(surface, features, watch)
+}
+
+/// A layout without the field.
+struct Made {
+    map: GridMap,
+    map_kind: Option<LayoutMap>,
+    coordinates: Option<ParameterizationReport>,
+    layout: ChartLayout,
+    report: LayoutReport,
+}
+
+fn periodic_layout(
+    surface: &Surface,
+    field: &FieldResult,
+    features: &[EdgeId],
+    options: &LayoutOptions,
+    watch: &Watch,
+) -> Result<Made, LayoutError> {
+    let wanted = ParameterizeOptions {
+        features: features.to_vec(),
+        ..options.coordinates.clone()
+    };
+    let found = parameterize(surface, &field.field, field.scale.as_ref(), &wanted, watch)?;
+    let map = found.grid_map(surface.mesh())?;
+    let (layout, report) = layout_from_map(surface, &map, features, watch)?;
+    Ok(Made {
+        map,
+        map_kind: Some(LayoutMap::Periodic),
+        coordinates: Some(found.report),
+        layout,
+        report,
+    })
+}
+
+fn integer_layout(
+    surface: &Surface,
+    field: &FieldResult,
+    features: &[EdgeId],
+    options: &LayoutOptions,
+    watch: &Watch,
+) -> Result<Made, LayoutError> {
+    let wanted = IntegerGridOptions {
+        density: density(surface, options.coordinates.chart_size),
+        align_boundary: options.coordinates.follow_boundary,
+        features: features.to_vec(),
+        sizing: field.scale.clone(),
+        ..IntegerGridOptions::default()
+    };
+    let map = integer_grid_map(surface, &field.field, &wanted, watch)?.map;
+    let (layout, report) = layout_from_map(surface, &map, features, watch)?;
+    Ok(Made {
+        map,
+        map_kind: Some(LayoutMap::IntegerGrid),
+        coordinates: None,
+        layout,
+        report,
+    })
+}
+
+/// The surface cut into disks along its edges alone.
+fn layout_without_lines(
+    surface: &Surface,
+    features: &[EdgeId],
+    watch: &Watch,
+) -> Result<Made, LayoutError> {
+    let mesh = surface.mesh();
+    let map = GridMap::new(
+        mesh,
+        PerCorner::filled(mesh.halfedge_count(), DVec2::ZERO),
+        PerCorner::filled(mesh.halfedge_count(), None),
+        PerFace::filled(mesh.face_count(), true),
+    )?;
+    let (layout, report) = layout_from_map(surface, &map, features, watch)?;
+    Ok(Made {
+        map,
+        map_kind: None,
+        coordinates: None,
+        layout,
+        report,
+    })
+}
+
+/// The density of a net with cells of the size of charts.
+#[expect(clippy::cast_sign_loss, reason = "it is 1 at least")]
+fn density(surface: &Surface, size: ChartSize) -> GridDensity {
+    match size {
+        ChartSize::MeanEdges(count) => {
+            GridDensity::EdgeLength(count * EdgeLengths::of(surface).mean())
+        }
+        ChartSize::Length(length) => GridDensity::EdgeLength(length),
+        ChartSize::Count(count) => GridDensity::Quads(count.max(1.0).round() as usize),
+    }
+}
+
+/// Cuts a surface into charts along the lines of a map ([PGP06] Algorithm 2, by combinatorics alone).
+///
+/// Triangles that the map leaves out, flattens or turns over count as singular: lines end there and
+/// are taken back to the next crossing. Boundary and features are arcs. A chart that is no disk, or
+/// stands out of its border so far that this does not show its shape, gets lines half or a quarter as
+/// far apart; one that is no disk still is cut along edges, so that every surface has a layout. Both
+/// are warnings.
+///
+/// Lines move by up to [`SNAPPED_CHART`](crate::tolerance::SNAPPED_CHART) of a chart to pass through
+/// vertices close by.
+///
+/// Cost: linear in triangles and pieces of lines, up to sorting.
+///
+/// # Errors
+/// [`LayoutError::OtherMesh`], [`LayoutError::Lines`]; the result is checked, so that others would be
+/// faults of the program.
+///
+/// [PGP06]: crate::papers::PGP06
+pub fn layout_from_map(
+    surface: &Surface,
+    map: &GridMap,
+    features: &[EdgeId],
+    watch: &Watch,
+) -> Result<(ChartLayout, LayoutReport), LayoutError> {
+    let mesh = surface.mesh();
+    let (given, needed) = (map.coordinates().len(), mesh.halfedge_count());
+    if given != needed {
+        return Err(LayoutError::OtherMesh { given, needed });
+    }
+    let _stage = watch.stage("layout");
+    let (unit, _) = normalized(surface);
+    let map = map_for_charts(mesh, map)?;
+    let mut marks = PerEdge::filled(mesh.edge_count(), false);
+    for &edge in features {
+        marks[edge] = true;
+    }
+    let cells = NetCells::of(&unit, &map, Some(&marks), watch)?;
+    watch.check()?;
+    let layout = ChartLayout::new(embed(&unit, &map, &cells)?)?;
+    layout.check_areas(&unit)?;
+    warn_of_cells(&cells, watch);
+    let report = report(&layout, &cells, left_out_count(&map));
+    Ok((layout.carried_to(surface)?, report))
+}
+
+fn warn_of_cells(cells: &NetCells, watch: &Watch) {
+    for (code, count, what) in [
+        (
+            "charts-refined",
+            cells.refined,
+            "charts were no disks or stood out too far, and got closer lines",
+        ),
+        (
+            "charts-split",
+            cells.split,
+            "charts were no disks or stood out too far still, and were cut along edges",
+        ),
+    ] {
+        if count > 0 {
+            watch.warn(code, format!("{count} {what}"));
+        }
+    }
+}
+
+fn singular_area_share(layout: &ChartLayout) -> f64 {
+    let areas = face_areas(&face_shapes(layout.surface()));
+    let is_singular = |face| layout.chart(layout.chart_of()[face]).kind != ChartKind::Regular;
+    let singular = areas.enumerate().filter(|&(face, _)| is_singular(face));
+    singular.map(|(_, area)| area).sum::<f64>() / areas.iter().sum::<f64>()
+}
+
+fn report(layout: &ChartLayout, cells: &NetCells, left_out: usize) -> LayoutReport {
+    let charts = layout.charts();
+    let whole = |count: usize| i64::try_from(count).unwrap_or(i64::MAX);
+    let of_kind = |kind| charts.iter().filter(|chart| chart.kind == kind).count();
+    let mut side_counts = [0; 5];
+    for chart in charts {
+        side_counts[chart.sides.len().clamp(3, 7) - 3] += 1;
+    }
+    let sides = charts.iter().flat_map(|chart| &chart.sides);
+    LayoutReport {
+        nodes: layout.nodes().len(),
+        arcs: layout.arcs().len(),
+        charts: charts.len(),
+        euler_characteristic: whole(layout.nodes().len()) - whole(layout.arcs().len())
+            + whole(charts.len()),
+        regular: of_kind(ChartKind::Regular),
+        singular: of_kind(ChartKind::Singular),
+        polygonal: of_kind(ChartKind::Polygonal),
+        singular_share: layout.singular_share(),
+        singular_area_share: singular_area_share(layout),
+        side_counts,
+        t_junctions: sides.map(|side| side.len() - 1).sum(),
+        triangles: layout.surface().mesh().face_count(),
+        left_out_triangles: left_out,
+        pruned_pieces: cells.pruned,
+        refined_charts: cells.refined,
+        split_charts: cells.split,
+    }
+}

@@ -1,0 +1,50 @@
+//! Layouts of charts: surfaces cut along the lines of a map into disks, most of them squares of the
+//! parameter plane ([PGP06] §3.3).
+//!
+//! [`chart_layout`] makes one of any surface: a [`ChartLayout`] holds the surface refined so that every
+//! arc is a chain of its edges, with nodes, arcs and charts. [`base_complex`] is the polygon mesh of the
+//! charts, with how coordinates go over from each to its neighbours.
+//!
+//! [PGP06]: crate::papers::PGP06
+//!
+//! ```
+//! use graticule::charts::{LayoutOptions, base_complex, chart_layout};
+//! use graticule::mesh::Surface;
+//! use graticule::watch::Watch;
+//!
+//! let torus = graticule_fixtures::torus(2.0, 0.8, 60, 30);
+//! let surface = Surface::from_triangles(torus.positions, &torus.triangles)?;
+//! let found = chart_layout(&surface, &LayoutOptions::default(), &Watch::new())?;
+//! let complex = base_complex(&found.layout);
+//! assert_eq!(complex.euler_characteristic(), 0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod arcs;
+mod base_complex;
+mod id;
+mod layout;
+mod layout_borders;
+mod layout_corners;
+mod layout_error;
+#[cfg(test)]
+pub(crate) mod layout_examples;
+mod layout_map;
+mod layout_refine;
+mod layout_stage;
+#[cfg(test)]
+mod layout_surface_tests;
+#[cfg(test)]
+mod layout_tests;
+mod layout_transition;
+mod layout_unroll;
+mod nodes;
+
+pub use base_complex::{BaseComplex, ChartNeighbor, base_complex};
+pub use id::{ArcId, ChartId};
+pub use layout::{Arc, ArcKind, Chart, ChartKind, ChartLayout, Direction, EmbeddedNet};
+pub use layout_error::LayoutError;
+pub use layout_stage::{
+    LaidOut, LayoutMap, LayoutOptions, LayoutReport, chart_layout, layout_from_map,
+};
+pub use layout_transition::ChartTransition;
