@@ -21,7 +21,16 @@
 //! ```
 
 mod arcs;
+mod atlas;
+mod atlas_packing;
 mod base_complex;
+mod chart_map;
+mod chart_map_assembly;
+mod chart_map_polygon;
+mod chart_map_squares;
+#[cfg(test)]
+mod chart_map_tests;
+mod geometry_image;
 mod id;
 mod layout;
 mod layout_borders;
@@ -37,12 +46,30 @@ mod layout_tests;
 mod layout_transition;
 mod layout_unroll;
 mod nodes;
+mod relax;
+mod split;
+mod split_arcs;
+mod split_mesh;
+mod split_spokes;
+mod texture;
+mod texture_normals;
+mod texture_raster;
 
+pub use atlas::{
+    Arrangement, ChartAtlas, ChartAtlasError, Placement, Tiles, UDIM_COLUMNS, chart_atlas,
+};
 pub use base_complex::{BaseComplex, ChartNeighbor, base_complex};
-pub use id::{ArcId, ChartId};
+pub use chart_map::{
+    ChartMapCounts, ChartMapError, ChartMapOptions, ChartMaps, ChartSquare, Seam, SeamSide,
+    chart_maps,
+};
+pub use chart_map_polygon::ChartMethod;
+pub use geometry_image::{GeometryImage, geometry_images};
+pub use id::{ArcId, ChartId, SquareId};
 pub use layout::{Arc, ArcKind, Chart, ChartKind, ChartLayout, Direction, EmbeddedNet};
 pub use layout_error::LayoutError;
 pub use layout_stage::{
     LaidOut, LayoutMap, LayoutOptions, LayoutReport, chart_layout, layout_from_map,
 };
 pub use layout_transition::ChartTransition;
+pub use texture::{SourceTexture, TextureImage, TextureKind, TextureOptions, transfer_texture};
