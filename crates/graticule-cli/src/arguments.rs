@@ -5,7 +5,9 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 use serde::Serialize;
 
-use crate::commands::{cite, demo, field, flatten, info, measure, parameterize, remesh, repair};
+use crate::commands::{
+    cite, demo, field, flatten, info, layout, measure, parameterize, remesh, repair,
+};
 
 /// Flattens patches of surface meshes, measures the maps, computes cross fields, and makes meshes of
 /// quads.
@@ -78,6 +80,8 @@ pub(crate) enum Command {
     Field(field::Options),
     /// Cover a surface with periodic coordinates that follow a cross field
     Parameterize(parameterize::Options),
+    /// Cut a surface of any topology into charts, most of them squares
+    Layout(layout::Options),
     /// Make a mesh of quads that follows the shape
     Remesh(remesh::Options),
     /// Measure the distortion of any mesh with texture coordinates

@@ -3,6 +3,7 @@
 #![forbid(unsafe_code)]
 
 mod arguments;
+mod chart_arguments;
 mod commands;
 mod console;
 mod failure;
@@ -28,7 +29,7 @@ use std::sync::Arc;
 use clap::Parser;
 
 use arguments::{Arguments, Command};
-use commands::{cite, demo, field, flatten, info, measure, parameterize, remesh, repair};
+use commands::{cite, demo, field, flatten, info, layout, measure, parameterize, remesh, repair};
 use console::Console;
 use failure::Failure;
 use session::Session;
@@ -71,6 +72,7 @@ fn run_command(command: &Command, session: &Session) -> Result<(), Failure> {
         Command::Flatten(options) => flatten::run(options, session),
         Command::Field(options) => field::run(options, session),
         Command::Parameterize(options) => parameterize::run(options, session),
+        Command::Layout(options) => layout::run(options, session),
         Command::Remesh(options) => remesh::run(options, session),
         Command::Measure(options) => measure::run(options, session),
         Command::Cite(options) => cite::run(options, session),

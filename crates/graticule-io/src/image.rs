@@ -2,7 +2,6 @@
 
 use std::io::Cursor;
 
-use exr::prelude::{Image, SpecificChannels, Vec2, WritableImage};
 use graticule::Hint;
 use graticule::charts::TextureImage;
 
@@ -18,9 +17,6 @@ pub enum ImageError {
     /// The PNG file could not be made.
     #[error("the image cannot be written as PNG: {0}")]
     Encoding(#[from] png::EncodingError),
-    /// The OpenEXR file could not be made.
-    #[error("the image cannot be written as OpenEXR: {0}")]
-    Exr(#[from] exr::error::Error),
     /// The image has too many pixels.
     #[error("an image of {width} by {height} pixels is too large")]
     TooLarge {
@@ -36,7 +32,7 @@ impl Hint for ImageError {
         match self {
             Self::Decoding(_) => Some("save the image as PNG".into()),
             Self::TooLarge { .. } => Some("scale the image down".into()),
-            Self::Encoding(_) | Self::Exr(_) => None,
+            Self::Encoding(_) => None,
         }
     }
 }
@@ -132,20 +128,63 @@ pub fn png_bytes(image: &TextureImage, depth: ImageDepth) -> Result<Vec<u8>, Ima
     Ok(file)
 }
 
-/// The colours of an image as an OpenEXR file of single precision numbers.
-///
-/// # Errors
-/// [`ImageError::Exr`].
-pub fn exr_bytes(image: &TextureImage) -> Result<Vec<u8>, ImageError> {
-    let size = (image.width as usize, image.height as usize);
-    let pixel = |Vec2(x, y): Vec2<usize>| {
-        let [red, green, blue, _] = image.pixels[y * size.0 + x];
-        (red, green, blue)
+/// The colours of an image as an OpenEXR file of single precision numbers: one part in scan lines, not
+/// compressed ([OpenEXR file layout](https://openexr.com/en/latest/OpenEXRFileLayout.html)).
+#[must_use]
+pub fn exr_bytes(image: &TextureImage) -> Vec<u8> {
+    let mut file = exr_header(image.width, image.height);
+    let (width, height) = (image.width as usize, image.height as usize);
+    let line = 4 * CHANNELS.len() * width;
+    let first = file.len() + 8 * height;
+    for row in 0..height {
+        file.extend(((first + row * (8 + line)) as u64).to_le_bytes());
+    }
+    for (row, pixels) in (0_u32..).zip(image.pixels.chunks_exact(width.max(1))) {
+        file.extend(row.to_le_bytes());
+        file.extend((line as u32).to_le_bytes());
+        for (_, channel) in CHANNELS {
+            file.extend(pixels.iter().flat_map(|pixel| pixel[channel].to_le_bytes()));
+        }
+    }
+    file
+}
+
+/// The channels in the order of the file, by name, and where a pixel has them.
+const CHANNELS: [(&str, usize); 3] = [("B", 2), ("G", 1), ("R", 0)];
+
+fn exr_header(width: u32, height: u32) -> Vec<u8> {
+    const SINGLE_PRECISION: u32 = 2;
+    let mut header = vec![0x76, 0x2f, 0x31, 0x01, 2, 0, 0, 0];
+    let mut attribute = |name: &str, kind: &str, value: &[u8]| {
+        for text in [name, kind] {
+            header.extend(text.as_bytes());
+            header.push(0);
+        }
+        header.extend((value.len() as u32).to_le_bytes());
+        header.extend(value);
     };
-    let mut file = Vec::new();
-    let image = Image::from_channels(size, SpecificChannels::rgb(pixel));
-    image.write().to_buffered(Cursor::new(&mut file))?;
-    Ok(file)
+    let mut channels = Vec::new();
+    for (name, _) in CHANNELS {
+        channels.extend(name.as_bytes());
+        channels.push(0);
+        // The kind of number, one byte of hints and three of padding, a sample for each pixel.
+        for number in [SINGLE_PRECISION, 0, 1, 1] {
+            channels.extend(number.to_le_bytes());
+        }
+    }
+    channels.push(0);
+    let corners = [0, 0, width.max(1) - 1, height.max(1) - 1];
+    let window = corners.map(u32::to_le_bytes).concat();
+    attribute("channels", "chlist", &channels);
+    attribute("compression", "compression", &[0]);
+    attribute("dataWindow", "box2i", &window);
+    attribute("displayWindow", "box2i", &window);
+    attribute("lineOrder", "lineOrder", &[0]);
+    attribute("pixelAspectRatio", "float", &1.0_f32.to_le_bytes());
+    attribute("screenWindowCenter", "v2f", &[0; 8]);
+    attribute("screenWindowWidth", "float", &1.0_f32.to_le_bytes());
+    header.push(0);
+    header
 }
 
 #[allow(clippy::cast_sign_loss, reason = "clamped")]
@@ -189,21 +228,20 @@ mod tests {
     }
 
     #[test]
-    fn an_exr_file_holds_values_beyond_one() {
+    fn an_exr_file_holds_values_beyond_one_where_its_table_says() {
         let mut image = ramp(1.0);
         image.pixels[5] = [-3.5, 1e6, 0.125, 1.0];
-        let bytes = exr_bytes(&image).unwrap();
-        let read = exr::prelude::read_first_rgba_layer_from_file;
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("image.exr");
-        std::fs::write(&path, bytes).unwrap();
-        let new = |size: Vec2<usize>, _: &_| vec![[0.0_f32; 3]; size.area()];
-        let put =
-            |pixels: &mut Vec<[f32; 3]>, at: Vec2<usize>, (r, g, b, _): (f32, f32, f32, f32)| {
-                pixels[at.1 * 4 + at.0] = [r, g, b];
-            };
-        let found = read(&path, new, put).unwrap();
-        assert_eq!(found.layer_data.channel_data.pixels[5], [-3.5, 1e6, 0.125]);
+        let bytes = exr_bytes(&image);
+        let at = |place: usize| -> [u8; 4] { bytes[place..place + 4].try_into().unwrap() };
+        let table = exr_header(4, 3).len();
+        let second = u32::from_le_bytes(at(table + 8)) as usize;
+        assert_eq!(
+            [at(second), at(second + 4)],
+            [1_u32, 48].map(u32::to_le_bytes)
+        );
+        let found = [2, 1, 0].map(|channel| f32::from_le_bytes(at(second + 8 + 16 * channel + 4)));
+        assert_eq!(found, [-3.5, 1e6, 0.125]);
+        assert_eq!(bytes.len(), second + 2 * (8 + 48));
     }
 
     #[test]

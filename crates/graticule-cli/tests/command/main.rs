@@ -7,6 +7,7 @@ mod demo;
 mod field;
 mod flatten;
 mod info;
+mod layout;
 mod measure;
 mod parameterize;
 mod remesh;

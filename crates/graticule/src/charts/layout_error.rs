@@ -80,6 +80,28 @@ pub enum LayoutError {
     Stopped(#[from] Stopped),
 }
 
+impl LayoutError {
+    /// Whether another map would do no better: the computation was stopped, or an option is wrong.
+    pub(super) fn is_final(&self) -> bool {
+        match self {
+            Self::Stopped(_) | Self::Lines(QuadsError::Stopped(_) | QuadsError::TooFine { .. }) => {
+                true
+            }
+            Self::Periodic(error) => {
+                !matches!(error, PeriodicError::Geometry(_) | PeriodicError::Solve(_))
+            }
+            Self::Integer(error) => matches!(
+                error,
+                IntegerGridError::Stopped(_)
+                    | IntegerGridError::Option { .. }
+                    | IntegerGridError::NoSuchEdge { .. }
+                    | IntegerGridError::Field { .. }
+            ),
+            _ => false,
+        }
+    }
+}
+
 impl Hint for LayoutError {
     fn hint(&self) -> Option<String> {
         match self {

@@ -1,11 +1,12 @@
+use glam::DVec2;
 use serde::Serialize;
 
 use super::layout_map::{left_out_count, map_for_charts};
 use super::layout_refine::embed;
 use super::{ChartKind, ChartLayout, LayoutError};
-use crate::field::{FieldOptions, FieldReport, FieldResult, cross_field};
+use crate::field::{FieldOptions, FieldResult, cross_field};
 use crate::geometry::{EdgeLengths, normalized};
-use crate::mesh::{EdgeId, PerEdge, Surface};
+use crate::mesh::{EdgeId, PerCorner, PerEdge, PerFace, Surface};
 use crate::periodic::{
     ChartSize, GridDensity, GridMap, IntegerGridOptions, ParameterizationReport,
     ParameterizeOptions, integer_grid_map, parameterize,
@@ -80,8 +81,9 @@ pub struct LaidOut {
     pub layout: ChartLayout,
     /// The map whose lines it follows.
     pub map: GridMap,
-    /// The kind of that map: not what was asked for, where that gave no layout.
-    pub map_kind: LayoutMap,
+    /// The kind of that map: not what was asked for, where that gave no layout; `None` where none did,
+    /// and arcs follow edges.
+    pub map_kind: Option<LayoutMap>,
     /// The field that the map follows.
     pub field: FieldResult,
     /// The figures of the periodic coordinates, where they were used.
@@ -90,19 +92,12 @@ pub struct LaidOut {
     pub report: LayoutReport,
 }
 
-impl LaidOut {
-    /// The figures of the field.
-    #[must_use]
-    pub fn field_report(&self) -> &FieldReport {
-        &self.field.report
-    }
-}
-
 /// Cuts a surface into charts along the lines of a map that follows a cross field ([PGP06] §3.3).
 ///
 /// Takes any surface: any genus, boundary and number of components. Scaling it changes nothing.
 /// Where the lines of periodic coordinates give no layout, those of an integer grid map are taken,
-/// with the warning `layout-from-integer-grid`.
+/// with the warning `layout-from-integer-grid`; where these give none, edges of the triangles, with
+/// the warning `layout-without-lines`.
 ///
 /// Cost: near-linear, most of it field and map.
 ///
@@ -121,46 +116,52 @@ pub fn chart_layout(
     features.extend(&options.coordinates.features);
     features.sort_unstable();
     features.dedup();
-    if options.map == LayoutMap::Periodic {
-        match periodic_layout(surface, &field, &features, options, watch) {
-            Ok((map, coordinates, (layout, report))) => {
-                return Ok(LaidOut {
-                    layout,
-                    map,
-                    map_kind: LayoutMap::Periodic,
-                    field,
-                    coordinates: Some(coordinates),
-                    report,
-                });
-            }
-            Err(error @ (LayoutError::Stopped(_) | LayoutError::Periodic(_))) => return Err(error),
-            Err(error) => watch.warn(
-                "layout-from-integer-grid",
-                format!("periodic coordinates gave no layout: {error}"),
-            ),
-        }
-    }
-    let scale = field.scale.clone();
-    let wanted = IntegerGridOptions {
-        density: density(surface, options.coordinates.chart_size),
-        align_boundary: options.coordinates.follow_boundary,
-        features: features.clone(),
-        sizing: scale,
-        ..IntegerGridOptions::default()
-    };
-    let map = integer_grid_map(surface, &field.field, &wanted, watch)?.map;
-    let (layout, report) = layout_from_map(surface, &map, &features, watch)?;
+    let made = first_that_works(surface, &field, &features, options, watch)?;
     Ok(LaidOut {
-        layout,
-        map,
-        map_kind: LayoutMap::IntegerGrid,
+        layout: made.layout,
+        map: made.map,
+        map_kind: made.map_kind,
         field,
-        coordinates: None,
-        report,
+        coordinates: made.coordinates,
+        report: made.report,
     })
 }
 
-type FromPeriodic = (GridMap, ParameterizationReport, (ChartLayout, LayoutReport));
+/// The layout from the map asked for, else from the integer grid map, else without any line.
+fn first_that_works(
+    surface: &Surface,
+    field: &FieldResult,
+    features: &[EdgeId],
+    options: &LayoutOptions,
+    watch: &Watch,
+) -> Result<Made, LayoutError> {
+    if options.map == LayoutMap::Periodic {
+        match periodic_layout(surface, field, features, options, watch) {
+            Err(error) if !error.is_final() => watch.warn(
+                "layout-from-integer-grid",
+                format!("periodic coordinates gave no layout: {error}"),
+            ),
+            outcome => return outcome,
+        }
+    }
+    match integer_layout(surface, field, features, options, watch) {
+        Err(error) if !error.is_final() => watch.warn(
+            "layout-without-lines",
+            format!("an integer grid map gave no layout: {error}"),
+        ),
+        outcome => return outcome,
+    }
+    layout_without_lines(surface, features, watch)
+}
+
+/// A layout without the field.
+struct Made {
+    map: GridMap,
+    map_kind: Option<LayoutMap>,
+    coordinates: Option<ParameterizationReport>,
+    layout: ChartLayout,
+    report: LayoutReport,
+}
 
 fn periodic_layout(
     surface: &Surface,
@@ -168,15 +169,69 @@ fn periodic_layout(
     features: &[EdgeId],
     options: &LayoutOptions,
     watch: &Watch,
-) -> Result<FromPeriodic, LayoutError> {
+) -> Result<Made, LayoutError> {
     let wanted = ParameterizeOptions {
         features: features.to_vec(),
         ..options.coordinates.clone()
     };
     let found = parameterize(surface, &field.field, field.scale.as_ref(), &wanted, watch)?;
     let map = found.grid_map(surface.mesh())?;
-    let made = layout_from_map(surface, &map, features, watch)?;
-    Ok((map, found.report, made))
+    let (layout, report) = layout_from_map(surface, &map, features, watch)?;
+    Ok(Made {
+        map,
+        map_kind: Some(LayoutMap::Periodic),
+        coordinates: Some(found.report),
+        layout,
+        report,
+    })
+}
+
+fn integer_layout(
+    surface: &Surface,
+    field: &FieldResult,
+    features: &[EdgeId],
+    options: &LayoutOptions,
+    watch: &Watch,
+) -> Result<Made, LayoutError> {
+    let wanted = IntegerGridOptions {
+        density: density(surface, options.coordinates.chart_size),
+        align_boundary: options.coordinates.follow_boundary,
+        features: features.to_vec(),
+        sizing: field.scale.clone(),
+        ..IntegerGridOptions::default()
+    };
+    let map = integer_grid_map(surface, &field.field, &wanted, watch)?.map;
+    let (layout, report) = layout_from_map(surface, &map, features, watch)?;
+    Ok(Made {
+        map,
+        map_kind: Some(LayoutMap::IntegerGrid),
+        coordinates: None,
+        layout,
+        report,
+    })
+}
+
+/// The surface cut into disks along its edges alone.
+fn layout_without_lines(
+    surface: &Surface,
+    features: &[EdgeId],
+    watch: &Watch,
+) -> Result<Made, LayoutError> {
+    let mesh = surface.mesh();
+    let map = GridMap::new(
+        mesh,
+        PerCorner::filled(mesh.halfedge_count(), DVec2::ZERO),
+        PerCorner::filled(mesh.halfedge_count(), None),
+        PerFace::filled(mesh.face_count(), true),
+    )?;
+    let (layout, report) = layout_from_map(surface, &map, features, watch)?;
+    Ok(Made {
+        map,
+        map_kind: None,
+        coordinates: None,
+        layout,
+        report,
+    })
 }
 
 /// The density of a net with cells of the size of charts.

@@ -5,18 +5,28 @@
 //! arc is a chain of its edges, with nodes, arcs and charts. [`base_complex`] is the polygon mesh of the
 //! charts, with how coordinates go over from each to its neighbours.
 //!
+//! [`chart_maps`] lays each chart on a square, or on several ([PGP06] §3.4); [`chart_atlas`] puts the
+//! squares side by side as texture coordinates; [`geometry_images`] and [`transfer_texture`] make images
+//! of them.
+//!
 //! [PGP06]: crate::papers::PGP06
 //!
 //! ```
-//! use graticule::charts::{LayoutOptions, base_complex, chart_layout};
+//! use graticule::charts::{
+//!     Arrangement, ChartMapOptions, LayoutOptions, base_complex, chart_atlas, chart_layout, chart_maps,
+//! };
 //! use graticule::mesh::Surface;
 //! use graticule::watch::Watch;
 //!
 //! let torus = graticule_fixtures::torus(2.0, 0.8, 60, 30);
 //! let surface = Surface::from_triangles(torus.positions, &torus.triangles)?;
-//! let found = chart_layout(&surface, &LayoutOptions::default(), &Watch::new())?;
+//! let watch = Watch::new();
+//! let found = chart_layout(&surface, &LayoutOptions::default(), &watch)?;
 //! let complex = base_complex(&found.layout);
 //! assert_eq!(complex.euler_characteristic(), 0);
+//! let maps = chart_maps(&surface, &found.layout, &ChartMapOptions::default(), &watch)?;
+//! let atlas = chart_atlas(&maps, &Arrangement::default(), &watch)?;
+//! assert_eq!(atlas.flipped, 0);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
@@ -41,6 +51,8 @@ pub(crate) mod layout_examples;
 mod layout_map;
 mod layout_refine;
 mod layout_stage;
+#[cfg(test)]
+mod layout_surface_tests;
 #[cfg(test)]
 mod layout_tests;
 mod layout_transition;

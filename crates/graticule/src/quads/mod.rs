@@ -37,4 +37,4 @@ pub use remesh::{QuadMode, RemeshError, RemeshOptions, RemeshReport, Remeshed, r
 pub use shape::{Net, ShapeError, ShapeOptions, ShapeQuality, ShapeReport, Shaped, shape};
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

@@ -14,7 +14,7 @@ fn surface_of(fixture: &Fixture) -> Surface {
 
 /// The map with these coordinates per corner; each transition is the best turn and shift for its
 /// edge.
-fn map_of(
+pub(crate) fn map_of(
     surface: &Surface,
     coordinates: impl Fn(HalfedgeId) -> DVec2,
     left_out: &[FaceId],

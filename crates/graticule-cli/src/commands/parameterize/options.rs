@@ -6,14 +6,15 @@ use clap::{Args, ValueEnum};
 use graticule::field::FieldOptions;
 use graticule::mesh::RepairOptions;
 use graticule::periodic::{
-    ChartSize, CoarseToFineOptions, DiffusionOptions, EnergyKind, EnergyTriangles, Minimizer,
-    NewtonOptions, ParameterizeOptions,
+    CoarseToFineOptions, DiffusionOptions, EnergyKind, EnergyTriangles, Minimizer, NewtonOptions,
+    ParameterizeOptions,
 };
 use serde::Serialize;
 
 use crate::arguments::CommonOptions;
+use crate::chart_arguments::ChartArguments;
 use crate::failure::Failure;
-use crate::field_arguments::{FieldArguments, parse_number};
+use crate::field_arguments::FieldArguments;
 use crate::mesh_output::MeshOutput;
 use crate::outcome::Plan;
 use crate::repair_options::RepairArguments;
@@ -31,16 +32,9 @@ pub(crate) struct Options {
     /// Format of the mesh, if the name does not tell
     #[arg(long, value_name = "FORMAT")]
     format: Option<String>,
-    /// Side of a chart in mean edge lengths
-    #[arg(long, value_name = "N", default_value_t = 10.0, value_parser = parse_positive)]
-    chart_size: f64,
-    /// Side of a chart in the unit of the mesh
-    #[arg(long, value_name = "LENGTH", value_parser = parse_positive, conflicts_with = "chart_size")]
-    chart_length: Option<f64>,
-    /// About how many charts to make
-    #[arg(long, value_name = "N", value_parser = parse_positive,
-        conflicts_with_all = ["chart_size", "chart_length"])]
-    chart_count: Option<f64>,
+    #[command(flatten)]
+    #[serde(flatten)]
+    size: ChartArguments,
     /// What is minimised
     #[arg(long, value_enum, default_value_t = Energy::Triangle)]
     energy: Energy,
@@ -117,11 +111,7 @@ impl Options {
         };
         let diffusion = DiffusionOptions::default();
         ParameterizeOptions {
-            chart_size: match (self.chart_length, self.chart_count) {
-                (Some(length), _) => ChartSize::Length(length),
-                (None, Some(count)) => ChartSize::Count(count),
-                (None, None) => ChartSize::MeanEdges(self.chart_size),
-            },
+            chart_size: self.size.chart_size(),
             energy: match self.energy {
                 Energy::Triangle => EnergyKind::Triangle,
                 Energy::Edge => EnergyKind::Edge,
@@ -151,8 +141,4 @@ impl Options {
             untangle: !self.no_untangle,
         }
     }
-}
-
-fn parse_positive(text: &str) -> Result<f64, String> {
-    parse_number(text, |x| x > 0.0 && x.is_finite(), "above 0, finite")
 }
