@@ -15,7 +15,7 @@ use super::split::plan_charts;
 use super::split_arcs::{finish_arcs, parameterize_arcs};
 use super::{ArcId, ChartId, ChartLayout, SquareId};
 use crate::Hint;
-use crate::flatten::FlattenError;
+use crate::flatten::{BoundaryError, FlattenError};
 use crate::mesh::{
     Element, FaceId, MeshError, PerCorner, PerFace, PerVertex, Surface, SurfacePoint, VertexId,
 };
@@ -32,6 +32,14 @@ pub enum ChartMapError {
     Border {
         /// The chart.
         chart: ChartId,
+    },
+    /// The border of a chart was not laid down as a polygon.
+    #[error("{chart}: {reason}")]
+    Polygon {
+        /// The chart.
+        chart: ChartId,
+        /// What is wrong with it.
+        reason: BoundaryError,
     },
     /// The lines that split a chart went astray.
     #[error("double precision does not suffice to split {chart} from its centre")]
@@ -68,7 +76,7 @@ impl Hint for ChartMapError {
     fn hint(&self) -> Option<String> {
         match self {
             Self::OtherInput => Some("give the surface that the layout was made from".into()),
-            Self::Border { .. } | Self::Mesh(_) => None,
+            Self::Border { .. } | Self::Polygon { .. } | Self::Mesh(_) => None,
             Self::Spokes { .. } => Some("make charts smaller".into()),
             Self::Chart { reason, .. } => reason.hint(),
             Self::Stopped(stopped) => stopped.hint(),
@@ -347,7 +355,7 @@ impl ChartMaps {
         let fallen = counts.uniform + counts.coarse_to_fine;
         if fallen > 0 {
             let message = format!(
-                "mean value coordinates would have flipped triangles in {fallen} squares: {} were laid \
+                "mean value coordinates failed or would have flipped triangles in {fallen} squares: {} were laid \
                  down with equal weights, {} from coarse to fine",
                 counts.uniform, counts.coarse_to_fine
             );

@@ -52,8 +52,8 @@ pub(super) fn polygon_map(
         .map_err(|reason| ChartMapError::of_chart(chart, reason.into()))?;
     let places: Vec<_> = sides.iter().flatten().copied().collect();
     let border = places.iter().map(|&(v, place)| (VertexId(v), place));
-    let border =
-        BoundaryPositions::new(&patch, border).map_err(|_| ChartMapError::Border { chart })?;
+    let border = BoundaryPositions::new(&patch, border)
+        .map_err(|reason| ChartMapError::Polygon { chart, reason })?;
     for (weights, method) in [
         (Weights::MeanValue, ChartMethod::MeanValue),
         (Weights::Uniform, ChartMethod::Uniform),

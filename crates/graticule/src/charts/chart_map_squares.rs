@@ -8,7 +8,7 @@ use super::chart_map_polygon::{
 };
 use super::split::{ChartPlan, PlannedShape};
 use super::split_arcs::{
-    ArcStop, OutlinePlace, ParameterizedArc, border_halfedges, shares_of_length,
+    ArcStop, ArcUse, OutlinePlace, ParameterizedArc, border_halfedges, shares_of_length,
 };
 use super::split_mesh::{ChartDisk, NONE, TriangleOrigin, VertexName};
 use super::split_spokes::{Spokes, cut_spokes};
@@ -186,15 +186,13 @@ impl<'a> Layouted<'a> {
         chart: ChartId,
         plan: &ChartPlan,
     ) -> Result<Vec<OutlineVertex>, ChartMapError> {
+        // All before the first split, which gives halfedges other numbers.
+        let firsts = (plan.outline.passages.iter()).map(|arc| self.first_vertex(disk, *arc));
+        let firsts: Option<Vec<u32>> = firsts.collect();
+        let firsts = firsts.ok_or(ChartMapError::Border { chart })?;
         let mut outline = Vec::new();
-        for (passage, arc) in plan.outline.passages.iter().enumerate() {
-            let mut chain = self.layout.arc(arc.arc).vertices.clone();
-            if arc.direction == Direction::Backward {
-                chain.reverse();
-            }
-            let sides =
-                border_halfedges(self.layout, &chain).ok_or(ChartMapError::Border { chart })?;
-            let first = disk.origin(self.number(sides[0]));
+        let passages = plan.outline.passages.iter().zip(firsts);
+        for (passage, (arc, first)) in passages.enumerate() {
             let stops = self.arcs[arc.arc.index()].passed(arc.direction);
             let vertices = split_border(disk, first, &stops);
             let ends = stops.len() - 1;
@@ -212,6 +210,16 @@ impl<'a> Layouted<'a> {
             }));
         }
         Ok(outline)
+    }
+
+    /// The vertex at which a chart begins to pass an arc.
+    fn first_vertex(&self, disk: &ChartDisk, passage: ArcUse) -> Option<u32> {
+        let mut chain = self.layout.arc(passage.arc).vertices.clone();
+        if passage.direction == Direction::Backward {
+            chain.reverse();
+        }
+        let sides = border_halfedges(self.layout, &chain)?;
+        Some(disk.origin(self.number(sides[0])))
     }
 
     fn corner_places_of(&self, plan: &ChartPlan) -> Vec<OutlinePlace> {
