@@ -31,11 +31,14 @@
 //! | glTF, GLB | triangles | yes | any number, per corner | per corner | per vertex | objects, materials | single |
 //!
 //! Writing tells what was lost, as a list of [`Warning`]s.
+//!
+//! Images for textures are read and written as PNG, with 8 or 16 bits, and written as OpenEXR.
 #![forbid(unsafe_code)]
 
 mod error;
 mod format;
 mod gltf;
+mod image;
 mod number;
 mod obj;
 mod off;
@@ -51,6 +54,7 @@ pub use error::{OtherKind, Place, Problem, ReadError, WithoutFaces};
 pub use format::{Format, UnknownFormat};
 pub use graticule::mesh::PolygonSoup;
 pub use graticule::watch::Warning;
+pub use image::{ImageDepth, ImageError, exr_bytes, png_bytes, read_png};
 pub use read::{MeshFile, read_bytes, read_file, read_polylines};
 pub use write::{
     WriteError, WriteOptions, has_uv_per_vertex, write_file, write_file_with, write_to,

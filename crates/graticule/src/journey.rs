@@ -1,9 +1,13 @@
-//! The whole road, from the polygons of a file to a mesh of quads, as one would tell it.
+//! The whole road, from the polygons of a file to a mesh of quads and a texture atlas, as one would
+//! tell it.
 //!
 //! [`quads::remesh()`](crate::quads::remesh()) goes it in one call, meets the number of quads, and
 //! looks after features. Step by step:
 //!
 //! ```
+//! use graticule::charts::{
+//!     Arrangement, ChartMapOptions, base_complex, chart_atlas, chart_maps, layout_from_map,
+//! };
 //! use graticule::field::{FieldOptions, cross_field};
 //! use graticule::measure::measure_quads;
 //! use graticule::mesh::{PolygonSoup, RepairOptions, repair};
@@ -50,5 +54,17 @@
 //! };
 //! let measure = measure_quads(&carry.to_soup(), &watch)?;
 //! assert_eq!(measure.valences.irregular, 0);
+//!
+//! // The same lines cut the surface into charts; each is laid on a square, and all side by side.
+//! let coarse = IntegerGridOptions {
+//!     density: GridDensity::Quads(40),
+//!     ..IntegerGridOptions::default()
+//! };
+//! let net = integer_grid_map(surface, &crosses.field, &coarse, &watch)?;
+//! let (layout, _) = layout_from_map(surface, &net.map, &[], &watch)?;
+//! assert_eq!(base_complex(&layout).euler_characteristic(), 0);
+//! let maps = chart_maps(surface, &layout, &ChartMapOptions::default(), &watch)?;
+//! let atlas = chart_atlas(&maps, &Arrangement::default(), &watch)?;
+//! assert_eq!(atlas.flipped, 0);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

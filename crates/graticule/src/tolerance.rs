@@ -472,3 +472,15 @@ pub const SNAPPED_CHART: f64 = 0.05;
 
 /// Nodes on an edge are this share of their mean distance apart, at least, where many lines cross it.
 pub const NODE_GAP: f64 = 0.1;
+
+/// How near to a vertex of an arc the corner of a square may lie to be put on it, in lengths of the arc:
+/// above rounding, and far below what both sides of the arc may disagree by.
+pub const SAME_ARC_PLACE: f64 = 1e-10;
+
+/// The shortest step along an arc, over its length: a step of no length in space still gets room for
+/// the triangles beside it.
+pub const SHORTEST_ARC_STEP: f64 = 1e-7;
+
+/// What a length in spacings of the net may miss a whole number by: above the rounding of lines cut
+/// at a thousand edges, far below the smallest part of a spacing that a chart is cut at.
+pub const WHOLE_LENGTH: f64 = 1e-6;

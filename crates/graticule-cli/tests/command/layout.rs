@@ -25,7 +25,7 @@ fn a_sphere_is_cut_into_charts_with_base_complex_picture_and_report() {
     assert_eq!(count("base.obj", "v "), result["nodes"].as_u64().unwrap());
     assert_eq!(
         count("out.obj", "f "),
-        result["triangles"].as_u64().unwrap()
+        result["atlas"]["triangles"].as_u64().unwrap()
     );
     let layout = bench.json("layout.json");
     assert_eq!(layout["charts"].as_array().unwrap().len() as u64, charts);

@@ -8,6 +8,7 @@ mod field;
 mod flatten;
 mod info;
 mod layout;
+mod layout_atlas;
 mod measure;
 mod parameterize;
 mod remesh;

@@ -12,3 +12,8 @@ element_id!(
     ArcId,
     "arc"
 );
+element_id!(
+    /// A square of [`ChartMaps`](super::ChartMaps): a chart, or a part of one.
+    SquareId,
+    "square"
+);

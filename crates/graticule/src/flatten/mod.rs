@@ -14,6 +14,7 @@
 //! | [`natural_map`], [`spectral_map`] | free | not promised |
 //! | [`target_map`]: told boundary lengths or angles, cones | as told | not promised |
 //! | [`injective_map`] | free | yes |
+//! | [`convex_map`] | on a convex polygon | yes |
 //!
 //! Every map tells its flips, counted exactly, whatever theory says. [`constrained_fixed_map`] and
 //! [`constrained_natural_map`] lay given points at given places; a [`BoundaryEditor`] moves boundary
@@ -92,7 +93,7 @@ pub use flat_map::{FlatMap, FlipCount, Method};
 pub use functional::Functional;
 pub use injective::{
     BoundaryFreedom, Descent, DistortionEnergy, InjectiveMap, InjectiveOptions, NewtonStep,
-    Overlap, improve_map, injective_map,
+    Overlap, convex_map, improve_map, injective_map,
 };
 pub use natural::{NaturalOptions, Pins, natural_map};
 pub use optimal::{LambdaValue, NearOptimalMap, NearOptimalOptions, near_optimal_map};

@@ -1,11 +1,15 @@
-//! `graticule layout`: a surface cut into charts.
+//! `graticule layout`: a surface cut into charts, each on a square of an atlas.
 
+mod atlas;
+mod atlas_options;
 mod options;
 mod output;
 mod picture;
 mod table;
+mod textures;
 
 use graticule::charts::{BaseComplex, LaidOut, base_complex, chart_layout};
+use graticule_draw::side_by_side;
 use graticule_io::{WriteOptions, write_to_with};
 use serde_json::Value;
 
@@ -16,7 +20,11 @@ use crate::outcome::Outcome;
 use crate::report::{Report, to_value};
 use crate::session::Session;
 
+use atlas::{Atlas, AtlasInput};
 pub(crate) use options::Options;
+
+/// Side of a panel of the picture in pixels.
+const PANEL: u32 = 1000;
 
 /// Reads, repairs, lays out, draws, writes.
 pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {
@@ -35,12 +43,26 @@ pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {
     let complex = base_complex(&found.layout);
     outcome.report.result = result_to_report(&found, &complex)?;
     outcome.remarks = table::table(&found).to_string();
+    let laid_out = AtlasInput {
+        soup: &input.soup,
+        repaired: &repaired,
+        layout: &found.layout,
+    };
+    let at_input = |failure: Failure| failure.at(input.path.display());
+    let atlas = Atlas::of(&options.atlas, &laid_out, session).map_err(at_input)?;
+    atlas
+        .tell(&options.atlas, &laid_out, &mut outcome, session)
+        .map_err(at_input)?;
+    outcome.ascii = input.ascii;
     if let Some(format) = plan.picture_format() {
         let _stage = session.watch.stage("draw");
-        outcome.picture = Some(format.encode(&picture::picture(&found.layout)?));
+        let mut panels = vec![picture::panel(&found.layout)?];
+        panels.extend(atlas.panels()?);
+        let picture = side_by_side(panels).with_size(3 * PANEL, PANEL)?;
+        outcome.picture = Some(format.encode(&picture));
     }
     if let Some(path) = &options.layout {
-        let text = output::layout(&found.layout, &complex, &repaired)?;
+        let text = output::layout(&found.layout, &complex, atlas.maps(), &repaired)?;
         outcome.files.push((path.clone(), text.into_bytes()));
     }
     if let Some((path, format)) = complex_file {
@@ -49,7 +71,6 @@ pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {
         write_to_with(&mut bytes, &soup, format, WriteOptions::default())?;
         outcome.files.push((path, bytes));
     }
-    outcome.mesh = Some(output::refined_mesh(&found.layout));
     plan.finish(session, outcome)
 }
 

@@ -9,6 +9,7 @@ use graticule::periodic::{CoarseToFineOptions, Minimizer, ParameterizeOptions};
 use graticule_io::Format;
 use serde::Serialize;
 
+use super::atlas_options::AtlasArguments;
 use crate::arguments::CommonOptions;
 use crate::chart_arguments::ChartArguments;
 use crate::failure::Failure;
@@ -23,8 +24,8 @@ pub(crate) struct Options {
     /// The mesh
     #[arg(value_name = "MESH")]
     pub(super) mesh: PathBuf,
-    /// Where to write the mesh, cut along the borders of the charts, each a group (.obj, .ply, .off,
-    /// .glb); - is standard output
+    /// Where to write the mesh, cut along the borders of the charts, each a group, with all charts side
+    /// by side as texture coordinates (.obj, .ply, .glb); - is standard output
     #[arg(long, short, value_name = "OUT")]
     output: PathBuf,
     /// Format of the mesh, if the name does not tell
@@ -42,6 +43,9 @@ pub(crate) struct Options {
     /// Write nodes, arcs and charts, and how coordinates go over from chart to chart
     #[arg(long, value_name = "FILE.json")]
     pub(super) layout: Option<PathBuf>,
+    #[command(flatten, next_help_heading = "Atlas")]
+    #[serde(flatten)]
+    pub(super) atlas: AtlasArguments,
     #[command(flatten, next_help_heading = "Field")]
     field: FieldArguments,
     #[command(flatten)]
@@ -64,10 +68,13 @@ impl Options {
     /// Checks everything that can be checked before any work.
     pub(super) fn check(&self, common: &CommonOptions) -> Result<(Plan, FurtherMesh), Failure> {
         let format = self.format.as_deref().map(parse_format).transpose();
-        let format =
-            format.map_err(|fact| Failure::usage(fact, "name one of obj, ply, off, glb"))?;
-        let output = MeshOutput::new(&self.output, format)?;
+        let format = format.map_err(|fact| Failure::usage(fact, "name one of obj, ply, glb"))?;
+        let output = MeshOutput::new(&self.output, format)?.with_uvs()?;
         let mut plan = Plan::with_mesh(common, Some(output))?;
+        self.atlas.check()?;
+        for path in self.atlas.image_files() {
+            plan.add_file(path)?;
+        }
         let mut complex = None;
         if let Some(path) = &self.base_complex {
             let format = MeshOutput::new(path, None)?.format();

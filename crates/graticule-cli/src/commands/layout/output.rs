@@ -2,42 +2,20 @@
 
 use std::collections::BTreeMap;
 
-use graticule::charts::{Arc, BaseComplex, Chart, ChartLayout};
-use graticule::mesh::{
-    Element, PolygonLabels, PolygonSoup, Polygons, Repaired, SurfacePoint, VertexId,
-};
+use graticule::charts::{Arc, BaseComplex, Chart, ChartLayout, ChartMaps, SquareId};
+use graticule::mesh::{Element, Repaired, SurfacePoint, VertexId};
 use serde_json::{Value, json};
 
 use crate::failure::Failure;
-
-/// The refined mesh, each chart a group.
-pub(super) fn refined_mesh(layout: &ChartLayout) -> PolygonSoup {
-    let surface = layout.surface();
-    let mesh = surface.mesh();
-    let mut polygons = Polygons::default();
-    for face in mesh.faces() {
-        polygons.push(&mesh.triangle(face).map(|vertex| vertex.0));
-    }
-    let mut soup = PolygonSoup {
-        positions: surface.positions().as_slice().to_vec(),
-        polygons,
-        ..PolygonSoup::default()
-    };
-    soup.attributes.groups = Some(PolygonLabels {
-        names: (0..layout.charts().len())
-            .map(|chart| format!("chart_{chart}"))
-            .collect(),
-        polygon_names: layout.chart_of().iter().map(|chart| chart.0).collect(),
-    });
-    soup
-}
 
 /// Nodes, arcs and charts, by the numbers of the refined mesh and the polygons of the file.
 pub(super) fn layout(
     layout: &ChartLayout,
     complex: &BaseComplex,
+    maps: &ChartMaps,
     repaired: &Repaired,
 ) -> Result<String, Failure> {
+    let chart = |square: &SquareId| maps.squares()[square.index()].chart.0;
     let origin = |point: SurfacePoint| {
         json!({
             "polygon": repaired.face_polygons[point.face],
@@ -65,8 +43,9 @@ pub(super) fn layout(
         "nodes": layout.nodes().iter().map(node).collect::<Vec<_>>(),
         "arcs": layout.arcs().iter().map(arc).collect::<Vec<_>>(),
         "charts": charts,
-        "chart_of_triangle": layout.chart_of().iter().map(|chart| chart.0).collect::<Vec<_>>(),
-        "polygon_of_triangle": layout.face_origin().iter()
+        "chart_of_triangle": maps.square_of().iter().map(chart).collect::<Vec<_>>(),
+        "square_of_triangle": maps.square_of().iter().map(|square| square.0).collect::<Vec<_>>(),
+        "polygon_of_triangle": maps.face_origin().iter()
             .map(|&face| repaired.face_polygons[face]).collect::<Vec<_>>(),
     });
     let mut text = serde_json::to_string(&document).map_err(|error| {

@@ -3,12 +3,8 @@
 use graticule::charts::{ArcKind, ChartKind, ChartLayout};
 use graticule::mesh::Element;
 use graticule_draw::{
-    Color, DrawError, Layer, Lines, Paint, Picture, Points, SurfaceStyle, View, side_by_side,
-    surface,
+    Color, DrawError, Layer, Lines, Paint, Panel, Points, SurfaceStyle, View, surface,
 };
-
-/// Side of the picture in pixels.
-const PANEL: u32 = 1280;
 
 const NODE: Color = Color::hex(0x0011_1111);
 const ARC: Color = Color::hex(0x0011_1111);
@@ -20,7 +16,7 @@ const PALE: f32 = 0.65;
 
 /// Charts in colours, those that are not regular in stronger ones; arcs in black, cuts in red,
 /// features in blue; nodes as dots ([PGP06] Fig. 1D).
-pub(super) fn picture(layout: &ChartLayout) -> Result<Picture, DrawError> {
+pub(super) fn panel(layout: &ChartLayout) -> Result<Panel, DrawError> {
     let style = SurfaceStyle {
         view: View::Automatic,
         ..SurfaceStyle::default()
@@ -49,11 +45,10 @@ pub(super) fn picture(layout: &ChartLayout) -> Result<Picture, DrawError> {
         panel = panel.with_layer(lines);
     }
     let nodes = layout.nodes().iter();
-    let panel = panel.with_layer(Points {
+    Ok(panel.with_layer(Points {
         positions: nodes.map(|&node| layout.surface().position(node)).collect(),
         color: NODE,
         radius: 2.2,
         ring: false,
-    });
-    side_by_side(vec![panel]).with_size(PANEL, PANEL)
+    }))
 }

@@ -23,6 +23,7 @@ pub(super) struct Coarsening {
     /// The live triangles of each vertex; empty once it is gone.
     stars: Vec<Vec<u32>>,
     on_boundary: Vec<bool>,
+    keeps_boundary: bool,
     points: Vec<DVec3>,
     collapses: Vec<Collapse>,
     marks: Vec<u32>,
@@ -61,11 +62,18 @@ impl Coarsening {
             alive_vertices: points.len(),
             stars,
             on_boundary,
+            keeps_boundary: false,
             points: points.to_vec(),
             collapses: Vec::new(),
             marks: vec![0; points.len()],
             mark: 0,
         }
+    }
+
+    /// Leaves the boundary as it is: vertices inside go, to others inside.
+    pub(super) fn keeping_boundary(mut self) -> Self {
+        self.keeps_boundary = true;
+        self
     }
 
     /// The number of vertices still there.
@@ -207,7 +215,11 @@ impl Coarsening {
         }
         let mut best: Option<Candidate> = None;
         for target in self.ring(vertex) {
-            if !self.leaves_a_disk(vertex, target) {
+            // An edge between two vertices of a straight side would leave no room for triangles.
+            let is_kept = [vertex, target]
+                .iter()
+                .any(|&end| self.on_boundary[end as usize]);
+            if self.keeps_boundary && is_kept || !self.leaves_a_disk(vertex, target) {
                 continue;
             }
             let cost = self.cost(vertex, target);

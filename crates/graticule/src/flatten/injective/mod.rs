@@ -7,6 +7,7 @@
 
 mod collapse;
 mod contacts;
+mod convex;
 mod energy;
 mod insertion;
 mod newton;
@@ -33,6 +34,7 @@ use crate::mesh::{BoundaryLoopId, PerVertex, VertexId};
 use crate::tolerance::{HOLE_IMPORTANCE, INJECTIVE_GAIN};
 use crate::watch::Watch;
 
+pub use convex::convex_map;
 pub use energy::DistortionEnergy;
 pub use newton::{Descent, NewtonStep};
 

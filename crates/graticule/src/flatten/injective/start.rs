@@ -50,6 +50,27 @@ pub(super) struct Disk {
     pub(super) importance: Vec<f64>,
 }
 
+/// Lays the disk down without a flip, with its boundary in the given places: on a convex polygon such
+/// that no edge inside joins two vertices of one side. The places inside are near a minimum of the
+/// energy.
+pub(super) fn start_within(
+    disk: &Disk,
+    outline: Vec<DVec2>,
+    energy: DistortionEnergy,
+    watch: &Watch,
+) -> Result<Vec<DVec2>, FlattenError> {
+    let coarse = Coarsening::new(&disk.triangles, &disk.points, disk.on_boundary.clone());
+    let outer = disk.on_boundary.iter().filter(|&&is_outer| is_outer);
+    let coarsest = outer.count() + COARSEST;
+    refined(
+        disk,
+        Some(outline),
+        (energy, Overlap::Allowed),
+        (coarse.keeping_boundary(), coarsest),
+        watch,
+    )
+}
+
 /// Lays the disk down without a flip; the places are near a minimum of the energy. With overlap
 /// forbidden, the boundary does not meet itself either.
 pub(super) fn start(
@@ -58,9 +79,19 @@ pub(super) fn start(
     overlap: Overlap,
     watch: &Watch,
 ) -> Result<Vec<DVec2>, FlattenError> {
+    let coarse = Coarsening::new(&disk.triangles, &disk.points, disk.on_boundary.clone());
+    refined(disk, None, (energy, overlap), (coarse, COARSEST), watch)
+}
+
+fn refined(
+    disk: &Disk,
+    outline: Option<Vec<DVec2>>,
+    (energy, overlap): (DistortionEnergy, Overlap),
+    (mut coarse, coarsest): (Coarsening, usize),
+    watch: &Watch,
+) -> Result<Vec<DVec2>, FlattenError> {
     let stage = watch.stage("coarsen");
-    let mut coarse = Coarsening::new(&disk.triangles, &disk.points, disk.on_boundary.clone());
-    let mut pauses = coarsen(&mut coarse, COARSEST, watch)?;
+    let mut pauses = coarsen(&mut coarse, coarsest, watch)?;
     drop(stage);
     let _stage = watch.stage("lay down from coarse to fine");
     let mut refinement = Refinement {
@@ -68,6 +99,7 @@ pub(super) fn start(
         energy,
         places: vec![DVec2::ZERO; disk.points.len()],
         rim: None,
+        outline,
         overlap,
         coarse,
     };
@@ -116,10 +148,13 @@ struct Refinement<'a> {
     overlap: Overlap,
     /// The boundary, where it must not meet itself.
     rim: Option<Rim>,
+    /// Where the boundary stays, by vertices of the disk.
+    outline: Option<Vec<DVec2>>,
 }
 
 impl Refinement<'_> {
-    /// Lays what is left on a circle, each inner vertex in the middle of its neighbours. Whether
+    /// Lays what is left on a circle or its outline, each inner vertex in the middle of its
+    /// neighbours. Whether
     /// no triangle is flipped, by exact predicates.
     fn lay_coarsest(&mut self) -> Result<bool, FlattenError> {
         let (vertices, triangles) = self.compact();
@@ -130,9 +165,15 @@ impl Refinement<'_> {
             .map(|&side| mesh.origin(side).0 as usize)
             .collect();
         let angle = |step: usize| TAU * step as f64 / rim.len() as f64;
-        let circle =
-            (0..rim.len()).map(|step| DVec2::new(libm::cos(angle(step)), libm::sin(angle(step))));
-        let circle: Vec<DVec2> = circle.collect();
+        let circle: Vec<DVec2> = match &self.outline {
+            Some(outline) => rim
+                .iter()
+                .map(|&index| outline[vertices[index] as usize])
+                .collect(),
+            None => (0..rim.len())
+                .map(|step| DVec2::new(libm::cos(angle(step)), libm::sin(angle(step))))
+                .collect(),
+        };
         let edges = mesh.edges().map(|edge| {
             let ends = mesh.ends(mesh.edge_halfedge(edge));
             (ends.map(|end| end.0 as usize), 1.0)
@@ -210,11 +251,14 @@ impl Refinement<'_> {
         let (vertices, corners) = self.compact();
         let mut places: Vec<DVec2> = vertices.iter().map(|&v| self.places[v as usize]).collect();
         let (triangles, points) = self.objective(&vertices, corners);
-        let scale = triangles.best_scale(&places);
-        for place in &mut places {
-            *place *= scale;
+        let is_fixed = |v: &u32| self.outline.is_some() && self.disk.on_boundary[*v as usize];
+        let fixed: Vec<bool> = vertices.iter().map(is_fixed).collect();
+        if self.outline.is_none() {
+            let scale = triangles.best_scale(&places);
+            for place in &mut places {
+                *place *= scale;
+            }
         }
-        let fixed = vec![false; points.len()];
         let mut system = NewtonSystem::new(triangles.corners(), &points, fixed)?;
         match self.overlap {
             Overlap::Allowed => descend(&triangles, &mut system, &mut places, RELAXED, watch)?,

@@ -1,0 +1,195 @@
+//! Charts on squares: what is written, told and drawn of them.
+
+use graticule::charts::{
+    ChartAtlas, ChartLayout, ChartMaps, Seam, SquareId, chart_atlas, chart_maps,
+};
+use graticule::geometry::{face_shapes, total_area};
+use graticule::measure::{MapMeasure, measure_map};
+use graticule::mesh::{
+    CornerAttribute, Element, PerCorner, PolygonLabels, PolygonSoup, Repaired, Surface,
+};
+use graticule::quads::Carry;
+use graticule_draw::{
+    CheckerStyle, LayoutStyle, Panel, Squares, SurfaceStyle, View, surface, uv_layout,
+};
+use serde_json::{Value, json};
+
+use super::atlas_options::AtlasArguments;
+use super::textures;
+use crate::failure::Failure;
+use crate::outcome::Outcome;
+use crate::report::to_value;
+use crate::session::Session;
+use crate::tables::measure_table;
+use crate::uvs;
+
+/// Squares of the checker along each side of a chart of the net.
+const SQUARES_ON_NET: f64 = 8.0;
+
+/// The mesh as it was read, its surface, and the layout made from it.
+pub(super) struct AtlasInput<'a> {
+    pub(super) soup: &'a PolygonSoup,
+    pub(super) repaired: &'a Repaired,
+    pub(super) layout: &'a ChartLayout,
+}
+
+/// A layout with every chart on a square, and the squares side by side.
+pub(super) struct Atlas {
+    maps: ChartMaps,
+    atlas: ChartAtlas,
+    measure: MapMeasure,
+    keeps_net: bool,
+}
+
+impl Atlas {
+    /// Lays the charts down and measures them.
+    pub(super) fn of(
+        arguments: &AtlasArguments,
+        atlas_input: &AtlasInput<'_>,
+        session: &Session,
+    ) -> Result<Self, Failure> {
+        let watch = &session.watch;
+        let input = &atlas_input.repaired.surface;
+        let maps = chart_maps(input, atlas_input.layout, &arguments.map_options(), watch)?;
+        let atlas = chart_atlas(&maps, &arguments.arrangement(), watch)?;
+        let measure = measure_map(maps.surface(), &atlas.corner_uv, watch)?;
+        let keeps_net = arguments.keeps_net();
+        Ok(Self {
+            maps,
+            atlas,
+            measure,
+            keeps_net,
+        })
+    }
+
+    /// Puts everything but the picture into the outcome.
+    pub(super) fn tell(
+        &self,
+        arguments: &AtlasArguments,
+        atlas_input: &AtlasInput<'_>,
+        outcome: &mut Outcome,
+        session: &Session,
+    ) -> Result<(), Failure> {
+        outcome.report.result["atlas"] = self.to_report(&atlas_input.repaired.surface)?;
+        outcome.report.measure = to_value(&self.measure)?;
+        outcome.remarks += &measure_table(&self.measure).to_string();
+        let files = textures::files(arguments, atlas_input, &self.maps, &self.atlas, session)?;
+        outcome.files.extend(files);
+        outcome.mesh = Some(self.to_soup(atlas_input));
+        Ok(())
+    }
+
+    fn to_report(&self, input: &Surface) -> Result<Value, Failure> {
+        let surface = self.maps.surface();
+        let areas = [input, surface].map(|surface| total_area(&face_shapes(surface)));
+        let length: f64 = self
+            .maps
+            .seams()
+            .iter()
+            .map(|seam| length(surface, seam))
+            .sum();
+        let mut report = to_value(&self.maps.counts())?;
+        let more = json!({
+            "vertices": surface.mesh().vertex_count(),
+            "triangles": surface.mesh().face_count(),
+            "flipped": self.atlas.flipped,
+            "largest_gap": self.maps.largest_gap(),
+            "area_error": (areas[1] / areas[0] - 1.0).abs(),
+            "seam_length": length,
+            "seam_length_over_root_of_area": length / areas[0].sqrt(),
+            "tiles": self.atlas.tiles,
+            "covered": self.atlas.covered,
+            "texels_per_unit": self.atlas.density,
+            "placements": to_value(&self.atlas.placements)?,
+        });
+        if let (Value::Object(report), Value::Object(more)) = (&mut report, more) {
+            report.extend(more);
+        }
+        Ok(report)
+    }
+
+    /// The charts on their squares.
+    pub(super) fn maps(&self) -> &ChartMaps {
+        &self.maps
+    }
+
+    /// The refined mesh with the attributes of the input, the atlas as texture coordinates, and the
+    /// charts as groups where the input has none.
+    fn to_soup(&self, atlas_input: &AtlasInput<'_>) -> PolygonSoup {
+        let surface = self.maps.surface();
+        let plain = PolygonSoup::from(surface);
+        let carry = Carry {
+            original: atlas_input.soup,
+            repaired: atlas_input.repaired,
+            polygons: &plain.polygons,
+            origins: self.maps.vertex_origin().as_slice(),
+        };
+        let mut soup = carry.to_soup();
+        let (values, corner_values) =
+            uvs::distinct_at_vertices(surface.mesh(), &self.atlas.corner_uv);
+        let set = CornerAttribute {
+            name: String::new(),
+            values,
+            corner_values: corner_values.into_vec(),
+        };
+        soup.attributes.uv_sets = vec![set];
+        let charts = atlas_input.layout.charts().len();
+        let chart = |square: &SquareId| self.maps.squares()[square.index()].chart.0;
+        soup.attributes.groups.get_or_insert_with(|| PolygonLabels {
+            names: (0..charts).map(|chart| format!("chart_{chart}")).collect(),
+            polygon_names: self.maps.square_of().iter().map(chart).collect(),
+        });
+        soup
+    }
+
+    /// The checker over the surface, and the squares side by side.
+    pub(super) fn panels(&self) -> Result<Vec<Panel>, Failure> {
+        let shape = self.maps.surface();
+        // On the net the pattern follows the charts; else it is drawn as large on each square.
+        let on_net = PerCorner::from_fn(self.atlas.corner_uv.len(), |corner| {
+            let square = &self.maps.squares()[self.maps.square_of()[corner.face()].index()];
+            self.maps.coordinates()[corner] * square.size
+        });
+        let (uvs, side) = if self.keeps_net {
+            (&self.atlas.corner_uv, 2.0 / SQUARES_ON_NET)
+        } else {
+            (&on_net, 1.0 / SQUARES_ON_NET)
+        };
+        let style = SurfaceStyle {
+            checker: Some(CheckerStyle {
+                uvs,
+                squares: Squares::OfSide(side),
+            }),
+            view: View::Automatic,
+            ..SurfaceStyle::default()
+        };
+        let layout = LayoutStyle {
+            edges: false,
+            ..LayoutStyle::default()
+        };
+        let caption = if self.keeps_net {
+            "a pattern on the net"
+        } else {
+            "the squares of the charts"
+        };
+        Ok(vec![
+            surface(shape, &style)?.with_caption(caption),
+            uv_layout(shape, &self.atlas.corner_uv, &layout)?.with_caption("the atlas"),
+        ])
+    }
+}
+
+/// The length of a seam in space, 0 along the boundary.
+fn length(surface: &Surface, seam: &Seam) -> f64 {
+    if seam.sides.contains(&None) {
+        return 0.0;
+    }
+    let steps = seam.vertices.windows(2);
+    steps
+        .map(|ends| {
+            surface
+                .position(ends[0])
+                .distance(surface.position(ends[1]))
+        })
+        .sum()
+}

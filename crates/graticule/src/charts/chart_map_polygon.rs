@@ -1,0 +1,158 @@
+//! A chart laid onto a convex polygon.
+
+use glam::DVec2;
+use serde::Serialize;
+
+use super::ChartId;
+use super::chart_map::ChartMapError;
+use super::split_mesh::ChartDisk;
+use crate::flatten::{BoundaryPositions, FixedOptions, Patch, Weights, convex_map, fixed_map};
+use crate::measure::orientation;
+use crate::mesh::{Surface, VertexId};
+use crate::watch::Watch;
+
+/// How the coordinates of a chart were found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ChartMethod {
+    /// They are those of the net.
+    Net,
+    /// Mean value coordinates on the square.
+    MeanValue,
+    /// Each vertex in the middle of its neighbours: with mean value coordinates rounding had flipped
+    /// triangles.
+    Uniform,
+    /// From a coarse mesh to the fine one, vertex by vertex.
+    CoarseToFine,
+}
+
+/// A side of a polygon: the border vertices from its first corner on, without the last one, and
+/// their places.
+pub(super) type PolygonSide = Vec<(u32, DVec2)>;
+
+/// Lays a chart onto a convex polygon with given places of the border, without a flip: mean value
+/// coordinates ([PGP06] §3.4), or what comes to their aid.
+///
+/// An edge inside that joins two vertices of one side is split first: the triangles next to it could
+/// only collapse. Without such edges and with positive weights, no triangle flips (Floater 1997).
+///
+/// [PGP06]: crate::papers::PGP06
+pub(super) fn polygon_map(
+    disk: &mut ChartDisk,
+    sides: &[PolygonSide],
+    chart: ChartId,
+    watch: &Watch,
+) -> Result<(Vec<DVec2>, ChartMethod), ChartMapError> {
+    split_dividing_edges(disk, sides);
+    let surface = Surface::from_triangles(disk.positions.clone(), &disk.triangles)?;
+    // Stages and warnings of single charts are of no interest: charts are counted by method.
+    let quiet = Watch::new();
+    watch.check()?;
+    let patch = Patch::new(surface, &quiet)
+        .map_err(|reason| ChartMapError::of_chart(chart, reason.into()))?;
+    let places: Vec<_> = sides.iter().flatten().copied().collect();
+    let border = places.iter().map(|&(v, place)| (VertexId(v), place));
+    let border = BoundaryPositions::new(&patch, border)
+        .map_err(|reason| ChartMapError::Polygon { chart, reason })?;
+    for (weights, method) in [
+        (Weights::MeanValue, ChartMethod::MeanValue),
+        (Weights::Uniform, ChartMethod::Uniform),
+    ] {
+        let options = FixedOptions {
+            weights,
+            ..FixedOptions::default()
+        };
+        // Needles may have no weights, or not to double precision.
+        if let Ok(map) = fixed_map(&patch, &border, &options, &quiet) {
+            let uvs = with_border(map.uv.into_vec(), &places);
+            if is_upright(&disk.triangles, &uvs) {
+                return Ok((uvs, method));
+            }
+        }
+        watch.check()?;
+    }
+    let map = convex_map(&patch, &border, &quiet)
+        .map_err(|reason| ChartMapError::of_chart(chart, reason))?;
+    Ok((
+        with_border(map.into_vec(), &places),
+        ChartMethod::CoarseToFine,
+    ))
+}
+
+/// Whether every triangle is laid down counter-clockwise. Exact.
+pub(super) fn is_upright(triangles: &[[u32; 3]], uvs: &[DVec2]) -> bool {
+    triangles.iter().all(|triangle| {
+        let [a, b, c] = triangle.map(|vertex| uvs[vertex as usize]);
+        orientation(a, b, c) > 0
+    })
+}
+
+/// The map with the border exactly in its places.
+fn with_border(mut uvs: Vec<DVec2>, places: &[(u32, DVec2)]) -> Vec<DVec2> {
+    for &(vertex, place) in places {
+        uvs[vertex as usize] = place;
+    }
+    uvs
+}
+
+/// Splits edges inside between vertices of one side in the middle.
+pub(super) fn split_dividing_edges(disk: &mut ChartDisk, sides: &[PolygonSide]) {
+    let mut on_sides = vec![[usize::MAX; 2]; disk.positions.len()];
+    for (index, side) in sides.iter().enumerate() {
+        for (step, &(vertex, _)) in side.iter().enumerate() {
+            let before = (index + sides.len() - 1) % sides.len();
+            on_sides[vertex as usize] = [index, if step == 0 { before } else { index }];
+        }
+    }
+    let mut halfedge = 0;
+    // Splitting adds triangles; edges may move to their halfedges.
+    while (halfedge as usize) < 3 * disk.triangles.len() {
+        let ends = [disk.origin(halfedge), disk.destination(halfedge)];
+        let sides = ends.map(|v| on_sides.get(v as usize).copied().unwrap_or([usize::MAX; 2]));
+        let shares_side = sides[0]
+            .iter()
+            .any(|s| *s != usize::MAX && sides[1].contains(s));
+        if shares_side && disk.twin(halfedge).is_some() {
+            disk.split_inner_edge(halfedge, 0.5);
+        }
+        halfedge += 1;
+    }
+}
+
+/// The corners of a convex polygon with sides of one length; the unit square, or round the origin.
+pub(super) fn corner_places(count: usize) -> Vec<DVec2> {
+    if count == 4 {
+        return vec![DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y];
+    }
+    let angle = |k: usize| std::f64::consts::TAU * k as f64 / count as f64;
+    let corner = |k| DVec2::new(libm::cos(angle(k)), libm::sin(angle(k)));
+    (0..count).map(corner).collect()
+}
+
+/// Vertices along the sides of a polygon with these corners, each at its share of the side.
+pub(super) fn sides_along(corners: &[DVec2], sides: &[Vec<(u32, f64)>]) -> Vec<PolygonSide> {
+    let side = |(index, side): (usize, &Vec<(u32, f64)>)| {
+        let [from, to] = [corners[index], corners[(index + 1) % corners.len()]];
+        // One end plus a share of the way keeps vertices of an axis-parallel side on it exactly.
+        side.iter()
+            .map(|&(vertex, share)| (vertex, from + (to - from) * share))
+            .collect()
+    };
+    sides.iter().enumerate().map(side).collect()
+}
+
+impl ChartDisk {
+    /// The triangle that contains a place of a map without flips, with the place's weights there;
+    /// of several the first.
+    pub(super) fn locate(&self, uvs: &[DVec2], place: DVec2) -> Option<(u32, [i8; 3])> {
+        let mut triangles = (0_u32..).zip(&self.triangles);
+        triangles.find_map(|(number, triangle)| {
+            let corners = triangle.map(|vertex| uvs[vertex as usize]);
+            let signs = [0, 1, 2].map(|k| orientation(corners[k], corners[(k + 1) % 3], place));
+            signs
+                .iter()
+                .all(|&sign| sign >= 0)
+                .then_some((number, signs))
+        })
+    }
+}
