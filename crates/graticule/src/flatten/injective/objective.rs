@@ -3,6 +3,7 @@
 use glam::DVec2;
 use robust::{Coord, orient2d};
 
+use super::boundary::Meeting;
 use super::energy::{self, DistortionEnergy};
 use super::system::NewtonSystem;
 use crate::flatten::collapse_time::collapse_time;
@@ -18,9 +19,19 @@ pub(super) trait Objective {
     /// so that with none the Hessian is positive.
     fn expand_into(&self, places: &[DVec2], kept: f64, system: &mut NewtonSystem);
 
-    /// How many times `step` may be made before the map stops being admissible; infinite where it
-    /// never does.
+    /// How many times `step` may be made before a triangle collapses; infinite where none ever does.
     fn first_obstacle(&self, places: &[DVec2], step: &[DVec2]) -> f64;
+
+    /// Where parts of the boundary meet that must not, when `step` is made up to `limit` times.
+    fn meetings(&self, _places: &[DVec2], _step: &[DVec2], _limit: f64) -> Vec<Meeting> {
+        Vec::new()
+    }
+
+    /// Pairs of vertices that the Hessian couples although they share no triangle; those too that
+    /// it would couple if everything reached `widened` times as far.
+    fn couplings(&self, _places: &[DVec2], _widened: f64) -> Vec<[u32; 2]> {
+        Vec::new()
+    }
 }
 
 /// The mean distortion of triangles. Admissible are maps that flip and collapse none of them.

@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::contacts::segments_meet;
+use super::boundary::segments_meet;
 
 const NONE: u32 = u32::MAX;
 
