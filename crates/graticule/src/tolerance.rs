@@ -313,11 +313,11 @@ pub const INJECTIVE_GAIN: f64 = 1e-6;
 /// scale of single triangles only.
 pub const BARRIER_REACH: f64 = 0.25;
 
-/// How stiff the gap between parts of a boundary that are about to meet is, beside the Newton matrix
-/// at its vertices.
+/// How stiff the distance to an obstacle is that a step is led around, beside the Newton matrix at
+/// its vertices.
 ///
-/// Enough for a gap to close by about what it is asked to; a thousand would cost digits.
-pub const MEETING_STIFFNESS: f64 = 10.0;
+/// Enough for the distance to shrink by about what it is asked to; a thousand would cost digits.
+pub const OBSTACLE_STIFFNESS: f64 = 10.0;
 
 /// What the push of boundaries counts beside the distortion of an area as wide as their gap.
 pub const BARRIER_WEIGHT: f64 = 1.0;

@@ -12,15 +12,16 @@ pub(super) struct Boundary {
     edges: Vec<[u32; 2]>,
 }
 
-/// A boundary vertex that is on its way to a boundary edge: the vertex and the ends of the edge.
+/// A vertex that is on its way to an edge, where it must not come: the vertex and the ends of the
+/// edge.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Meeting {
+pub(super) struct Obstacle {
     pub(super) vertices: [u32; 3],
     /// When it gets there, in steps.
     pub(super) time: f64,
 }
 
-impl Meeting {
+impl Obstacle {
     /// The pairs of the vertex and an end of the edge.
     pub(super) fn pairs(&self) -> [[u32; 2]; 2] {
         let [vertex, a, b] = self.vertices;
@@ -97,7 +98,7 @@ impl Boundary {
 
     /// All vertices that meet edges within the given number of steps, in the same order in every
     /// run.
-    pub(super) fn meetings(&self, places: &[DVec2], step: &[DVec2], limit: f64) -> Vec<Meeting> {
+    pub(super) fn meetings(&self, places: &[DVec2], step: &[DVec2], limit: f64) -> Vec<Obstacle> {
         let boxes: Vec<_> = self
             .edges
             .iter()
@@ -114,7 +115,7 @@ impl Boundary {
             let [points, steps] = [places, step].map(|all| vertices.map(|v| all[v as usize]));
             let time = meeting_time(points, steps);
             if time <= limit {
-                meetings.push(Meeting { vertices, time });
+                meetings.push(Obstacle { vertices, time });
             }
         });
         meetings

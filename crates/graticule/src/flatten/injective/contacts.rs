@@ -7,7 +7,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::boundary::{Boundary, Meeting};
+use super::boundary::{Boundary, Obstacle};
 use super::objective::{Objective, Triangles};
 use super::system::{Mode, NewtonSystem};
 use crate::tolerance::{BARRIER_REACH, BARRIER_WEIGHT};
@@ -104,11 +104,17 @@ impl Objective for Apart<'_> {
     }
 
     fn first_obstacle(&self, places: &[DVec2], step: &[DVec2]) -> f64 {
-        self.triangles.first_obstacle(places, step)
+        // No farther than a step goes; longer ones are found out by the value of their map.
+        let collapse = self.triangles.first_obstacle(places, step);
+        let meetings = self.boundary.meetings(places, step, collapse.min(1.0));
+        let times = meetings.iter().map(|meeting| meeting.time);
+        times.fold(collapse, f64::min)
     }
 
-    fn meetings(&self, places: &[DVec2], step: &[DVec2], limit: f64) -> Vec<Meeting> {
-        self.boundary.meetings(places, step, limit)
+    fn obstacles(&self, places: &[DVec2], step: &[DVec2], limit: f64) -> Vec<Obstacle> {
+        let mut obstacles = self.triangles.obstacles(places, step, limit);
+        obstacles.extend(self.boundary.meetings(places, step, limit));
+        obstacles
     }
 
     fn couplings(&self, places: &[DVec2], widened: f64) -> Vec<[u32; 2]> {
@@ -118,9 +124,9 @@ impl Objective for Apart<'_> {
     }
 }
 
-/// The distance between the vertex of a meeting and the edge, and its derivative.
-pub(super) fn gap(meeting: &Meeting, places: &[DVec2]) -> (f64, Mode) {
-    let contact = Contact::of(meeting.vertices, places);
+/// The distance between a vertex and an edge, given by its ends, and the derivative.
+pub(super) fn gap(vertices: [u32; 3], places: &[DVec2]) -> (f64, Mode) {
+    let contact = Contact::of(vertices, places);
     (contact.distance, contact.mode())
 }
 
@@ -254,5 +260,52 @@ mod tests {
                 );
             }
         }
+    }
+
+    #[test]
+    fn a_stiff_aim_leads_a_step_the_way_asked_for() {
+        let (triangles, points, places) = pair([1.0, 1.5]);
+        let apart = Apart::new(&triangles, &points);
+        let mut system = NewtonSystem::new(triangles.corners(), &points, vec![false; 6]).unwrap();
+        let vertices = [4, 0, 2];
+        let pairs = [[4, 0], [4, 2]];
+        assert!(!system.couples(&pairs));
+        system.plan(&pairs, &places).unwrap();
+        assert!(system.couples(&pairs));
+        system.clear();
+        apart.expand_into(&places, 0.0, &mut system);
+        let (distance, mode) = gap(vertices, &places);
+        system.add_aim(&mode, -0.5 * distance, 1e3);
+        let step = system.direction().unwrap().step;
+        let along = mode.vertices.iter().zip(mode.moves);
+        let closed: f64 = along.map(|(&v, m)| step[v as usize].dot(m)).sum();
+        assert!(
+            (closed + 0.5 * distance).abs() < 0.01 * distance,
+            "{closed}"
+        );
+    }
+
+    #[test]
+    fn what_is_in_the_way_is_the_boundary_and_collapsing_triangles() {
+        let (triangles, points, places) = pair([1.0, 1.5]);
+        let apart = Apart::new(&triangles, &points);
+        // The upper triangle comes down by 2, the tip of the lower one by 4.
+        let step: Vec<DVec2> = [0.0, 0.0, -4.0, -2.0, -2.0, -2.0]
+            .map(|y| DVec2::new(0.0, y))
+            .into();
+        let obstacles = apart.obstacles(&places, &step, 1.0);
+        let first = apart.first_obstacle(&places, &step);
+        // As a triangle, by its longest side, and as a vertex and an edge of the boundary.
+        for vertices in [[0, 1, 2], [2, 0, 1]] {
+            let met = obstacles.iter().find(|o| o.vertices == vertices);
+            assert!((met.unwrap().time - 0.25).abs() < 1e-12);
+        }
+        assert!((first - 0.25).abs() < 1e-12, "{first}");
+        assert!(
+            obstacles
+                .iter()
+                .any(|o| o.vertices[0] == 4 && o.time > 0.25)
+        );
+        assert!(apart.obstacles(&places, &step, 0.2).is_empty());
     }
 }

@@ -3,12 +3,12 @@
 use glam::DVec2;
 use serde::Serialize;
 
-use super::boundary::Meeting;
+use super::boundary::Obstacle;
 use super::contacts::gap;
 use super::objective::Objective;
 use super::system::{Direction, NewtonSystem};
 use crate::solve::SolveError;
-use crate::tolerance::{MEETING_STIFFNESS, SHARE_TO_COLLAPSE, SUFFICIENT_DECREASE};
+use crate::tolerance::{OBSTACLE_STIFFNESS, SHARE_TO_COLLAPSE, SUFFICIENT_DECREASE};
 use crate::watch::Watch;
 
 /// Halvings of a step after which there is no way down to rounding.
@@ -79,7 +79,7 @@ pub(super) fn descend(
         let found = if descent.converged || iteration == goal.iterations {
             None
         } else {
-            let direction = around_meetings(objective, places, direction, kept, system)?;
+            let direction = around_obstacles(objective, places, direction, kept, system)?;
             let search = Search {
                 objective,
                 places,
@@ -123,12 +123,15 @@ fn couple(
 /// Times that a direction is led around what it would meet.
 const MOST_DETOURS: usize = 3;
 
-/// The share of the step before which a meeting is worth a detour.
-const SOON: f64 = 0.5;
+/// The share of the step before which an obstacle is worth a detour.
+const SOON: f64 = 0.2;
 
-/// Leads a direction around meetings of the boundary with itself that would end the step soon: the
-/// gap at each is to close by half only.
-fn around_meetings(
+/// Obstacles that come after so many times as long as the first are left for the next step.
+const HORIZON: f64 = 10.0;
+
+/// Leads a direction around obstacles that would end the step soon, as one place in trouble would
+/// hold all others up: the distance to each is asked to shrink by half only.
+fn around_obstacles(
     objective: &impl Objective,
     places: &[DVec2],
     direct: Direction,
@@ -136,26 +139,33 @@ fn around_meetings(
     system: &mut NewtonSystem,
 ) -> Result<Direction, SolveError> {
     let mut direction = direct;
-    let mut meetings: Vec<Meeting> = Vec::new();
+    let mut obstacles: Vec<Obstacle> = Vec::new();
     for _ in 0..MOST_DETOURS {
-        let collapse = SHARE_TO_COLLAPSE * objective.first_obstacle(places, &direction.step);
-        let limit = collapse.min(1.0);
-        let met = objective.meetings(places, &direction.step, limit);
-        if !met.iter().any(|meeting| meeting.time < SOON * limit) {
+        let first = objective.first_obstacle(places, &direction.step);
+        if first >= SOON {
             break;
         }
-        meetings.extend(met);
-        let pairs: Vec<_> = meetings.iter().flat_map(Meeting::pairs).collect();
+        let horizon = (HORIZON * first).min(1.0);
+        let met = objective.obstacles(places, &direction.step, horizon);
+        // Where it is as good as there, the direction away from it is not known.
+        let is_apart = |obstacle: &Obstacle| gap(obstacle.vertices, places).0 > 0.0;
+        obstacles.extend(met.into_iter().filter(is_apart));
+        let pairs: Vec<_> = obstacles.iter().flat_map(Obstacle::pairs).collect();
         if !system.couples(&pairs) {
             let all = [system.coupled(), &pairs].concat();
             system.plan(&all, places)?;
         }
         system.clear();
         objective.expand_into(places, kept, system);
-        for meeting in &meetings {
-            let (distance, mode) = gap(meeting, places);
-            let own: f64 = meeting.vertices.iter().map(|&v| system.stiffness(v)).sum();
-            system.add_aim(&mode, -0.5 * distance, MEETING_STIFFNESS * own);
+        let aims: Vec<_> = obstacles
+            .iter()
+            .map(|obstacle| {
+                let own: f64 = obstacle.vertices.iter().map(|&v| system.stiffness(v)).sum();
+                (gap(obstacle.vertices, places), OBSTACLE_STIFFNESS * own)
+            })
+            .collect();
+        for ((distance, mode), stiffness) in &aims {
+            system.add_aim(mode, -0.5 * distance, *stiffness);
         }
         let detour = system.direction()?;
         if detour.slope >= 0.0 {
@@ -258,13 +268,8 @@ impl<O: Objective> Search<'_, O> {
     /// The first of ever shorter steps that lowers the energy enough; of a full step its doubles,
     /// as long as they lower it further.
     fn run(&self, energy: f64) -> Option<Found> {
-        let collapse = self.objective.first_obstacle(self.places, self.direction);
-        let mut most = SHARE_TO_COLLAPSE * collapse;
-        let limit = collapse.min(1.0);
-        let meetings = self.objective.meetings(self.places, self.direction, limit);
-        for meeting in meetings {
-            most = most.min(SHARE_TO_COLLAPSE * meeting.time);
-        }
+        let first = self.objective.first_obstacle(self.places, self.direction);
+        let most = SHARE_TO_COLLAPSE * first;
         let mut step = most.min(1.0);
         for _ in 0..MOST_HALVINGS {
             let found = self.at(step);

@@ -3,7 +3,7 @@
 use glam::DVec2;
 use robust::{Coord, orient2d};
 
-use super::boundary::Meeting;
+use super::boundary::Obstacle;
 use super::energy::{self, DistortionEnergy};
 use super::system::NewtonSystem;
 use crate::flatten::collapse_time::collapse_time;
@@ -19,13 +19,12 @@ pub(super) trait Objective {
     /// so that with none the Hessian is positive.
     fn expand_into(&self, places: &[DVec2], kept: f64, system: &mut NewtonSystem);
 
-    /// How many times `step` may be made before a triangle collapses; infinite where none ever does.
+    /// How many times `step` may be made before the map stops being admissible; infinite where it
+    /// never does.
     fn first_obstacle(&self, places: &[DVec2], step: &[DVec2]) -> f64;
 
-    /// Where parts of the boundary meet that must not, when `step` is made up to `limit` times.
-    fn meetings(&self, _places: &[DVec2], _step: &[DVec2], _limit: f64) -> Vec<Meeting> {
-        Vec::new()
-    }
+    /// All that is in the way when `step` is made up to `limit` times.
+    fn obstacles(&self, places: &[DVec2], step: &[DVec2], limit: f64) -> Vec<Obstacle>;
 
     /// Pairs of vertices that the Hessian couples although they share no triangle; those too that
     /// it would couple if everything reached `widened` times as far.
@@ -116,6 +115,36 @@ impl Objective for Triangles {
             .zip(steps)
             .map(|(p, s)| collapse_time(p, s));
         times.fold(f64::INFINITY, f64::min)
+    }
+
+    fn obstacles(&self, places: &[DVec2], step: &[DVec2], limit: f64) -> Vec<Obstacle> {
+        let moving = self.images(places).zip(self.images(step));
+        let collapsing = moving
+            .zip(&self.corners)
+            .filter_map(|((images, steps), &corners)| {
+                let time = collapse_time(images, steps);
+                (time <= limit).then(|| Obstacle {
+                    vertices: tip_first(corners, images),
+                    time,
+                })
+            });
+        collapsing.collect()
+    }
+}
+
+/// The corners of a triangle, that opposite to its longest side first.
+fn tip_first([a, b, c]: [u32; 3], [p, q, r]: [DVec2; 3]) -> [u32; 3] {
+    let sides = [
+        q.distance_squared(r),
+        r.distance_squared(p),
+        p.distance_squared(q),
+    ];
+    if sides[0] >= sides[1] && sides[0] >= sides[2] {
+        [a, b, c]
+    } else if sides[1] >= sides[2] {
+        [b, c, a]
+    } else {
+        [c, a, b]
     }
 }
 
