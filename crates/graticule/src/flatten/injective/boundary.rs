@@ -63,9 +63,9 @@ impl Boundary {
         }
     }
 
-    /// Calls `visit` with the number of the edge that starts at a vertex, and that of another edge
-    /// which does not end there, for all that come within `reach` of each other, by edge; in the
-    /// same order in every run. There may be some farther apart among them.
+    /// Calls `visit(vertex, edge)`, a vertex by the number of the edge that starts there, for those
+    /// within the smaller of both reaches and some farther apart; not for the ends of an edge and
+    /// itself. The same order in every run.
     pub(super) fn visit_near(
         &self,
         places: &[DVec2],

@@ -2,7 +2,7 @@
 //!
 //! A map that is injective by construction ([`mod@start`]) goes down to a minimum of an energy that
 //! grows beyond all bounds where a triangle collapses, by a Newton method ([`newton`]) whose steps
-//! end before the first collapse. The energy of triangles ([`energy`]), the linear system
+//! are led around what is in their way and end before the first collapse. The energy of triangles ([`energy`]), the linear system
 //! ([`system`]) and the line search know nothing of each other.
 
 mod boundary;
