@@ -96,10 +96,11 @@ mod tests {
         // From the other side of the line.
         let up = [DVec2::Y, DVec2::ZERO, DVec2::ZERO];
         assert!((meeting_time([DVec2::new(0.3, -2.0), a, b], up) - 2.0).abs() < 1e-15);
-        // The segment's line sweeps over the point twice; only the second time it is in between.
-        let points = [DVec2::new(2.0, 1.0), a, b];
+        // The segment's line sweeps over the point beyond its end.
+        let points = [DVec2::new(3.0, 1.0), a, b];
         let steps = [DVec2::ZERO, DVec2::ZERO, DVec2::new(1.0, 1.0)];
         assert!(meeting_time(points, steps).is_infinite());
+        let points = [DVec2::new(2.0, 1.0), a, b];
         let steps = [DVec2::new(-1.0, -0.6), DVec2::ZERO, DVec2::new(1.0, 0.1)];
         let time = meeting_time(points, steps);
         let [p, q] = [points[0] + steps[0] * time, points[2] + steps[2] * time];
