@@ -318,6 +318,12 @@ pub const INJECTIVE_GAIN: f64 = 1e-6;
 /// scale of single triangles only.
 pub const BARRIER_REACH: f64 = 0.25;
 
+/// How stiff the distance to an obstacle is that a step is led around, beside the Newton matrix at
+/// its vertices.
+///
+/// Enough for the distance to shrink by about what it is asked to; a thousand would cost digits.
+pub const OBSTACLE_STIFFNESS: f64 = 10.0;
+
 /// What the push of boundaries counts beside the distortion of an area as wide as their gap.
 pub const BARRIER_WEIGHT: f64 = 1.0;
 

@@ -296,11 +296,11 @@ fn told_angles_and_cones_shape_the_map() {
     let quads = "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nv 1 1 0\nv 2 1 0\nv 0 2 0\nv 1 2 0\nv 2 2 0\n\
         f 1 2 5 4\nf 2 3 6 5\nf 4 5 8 7\nf 5 6 9 8\n";
     bench.write("quads.obj", quads);
-    let fact = bench.refuse(
-        1,
-        "flatten quads.obj -o no.obj --method target --cone 4:300",
-    );
-    assert!(fact.contains("triangles"), "{fact}");
+    bench.succeed("flatten quads.obj -o out.obj --method target --cone 4:300 --report report.json");
+    // Along an edge of the quads; a diagonal is longer.
+    let seam = bench.json("report.json")["measure"]["islands"]["seam_length"].clone();
+    assert!((seam.as_f64().unwrap() - 1.0).abs() < 1e-9, "{seam}");
+    assert_eq!(bench.read("out.obj").matches("\nf ").count(), 4);
 }
 
 #[test]

@@ -17,7 +17,7 @@ use faer::c64;
 use glam::DVec2;
 
 use crate::geometry::EdgeWeights;
-use crate::mesh::{Element, PerVertex, VertexId};
+use crate::mesh::{EdgeId, Element, PerVertex, VertexId};
 use crate::solve::{DirichletSystem, Placement, SymmetricMatrix};
 use crate::tolerance::{ANGLE_SUM, LEAST_CLOSING_SHARE, ROUNDING};
 use crate::watch::Watch;
@@ -70,6 +70,8 @@ pub struct TargetOptions {
     /// Interior vertices that keep a cone, with the angle around each in the map, in radians: the
     /// patch is cut open along a short way to them.
     pub cones: Vec<(VertexId, f64)>,
+    /// Edges along which the cut to the cones may not run, such as diagonals of polygons.
+    pub uncut: Vec<EdgeId>,
     /// How the interior follows.
     pub extension: Extension,
     /// The triangles that weights are taken from.
@@ -129,7 +131,7 @@ pub fn target_map(
         return metric.lay(patch.clone(), sources, &scaled, options.extension, watch);
     }
     let tips: Vec<VertexId> = options.cones.iter().map(|cone| cone.0).collect();
-    let (cut, sources) = cut_to(patch, &tips, watch)?;
+    let (cut, sources) = cut_to(patch, &tips, &options.uncut, watch)?;
     let metric = Metric::new(&cut, options.triangulation, watch)?;
     let on_loop = metric.outline.iter();
     let scales: Vec<f64> = on_loop

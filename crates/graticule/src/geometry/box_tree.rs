@@ -143,6 +143,19 @@ impl<const D: usize> BoxTree<D> {
         }
     }
 
+    /// Whether the test holds for one of the pairs of items whose boxes overlap. Each pair is tried
+    /// once, in the same order in every run, until one passes.
+    pub(crate) fn any_overlapping_pair(&self, mut test: impl FnMut(usize, usize) -> bool) -> bool {
+        let mut found = Vec::new();
+        (0..self.leaf_count()).any(|leaf| {
+            self.overlapping_leaves(leaf, leaf, &mut found);
+            self.leaf(leaf).any(|rank| {
+                let mut others = self.overlapping(rank, &found).filter(|&other| rank < other);
+                others.any(|other| test(self.item(rank), self.item(other)))
+            })
+        })
+    }
+
     fn children(&self, level: usize, node: usize) -> Range<usize> {
         GROUP * node..(GROUP * (node + 1)).min(self.levels[level - 1].len())
     }
@@ -266,16 +279,10 @@ mod tests {
                 .collect();
             let tree = BoxTree::new(&boxes);
             let mut pairs = Vec::new();
-            let mut found = Vec::new();
-            for leaf in 0..tree.leaf_count() {
-                tree.overlapping_leaves(leaf, leaf, &mut found);
-                for i in tree.leaf(leaf) {
-                    for j in tree.overlapping(i, &found).filter(|&j| i < j) {
-                        let (a, b) = (tree.item(i), tree.item(j));
-                        pairs.push((a.min(b), a.max(b)));
-                    }
-                }
-            }
+            tree.any_overlapping_pair(|a, b| {
+                pairs.push((a.min(b), a.max(b)));
+                false
+            });
             pairs.sort_unstable();
             let expected: Vec<_> = (0..count)
                 .flat_map(|a| (a + 1..count).map(move |b| (a, b)))

@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 
 use super::Judged;
 use super::atlas_options::{AtlasArguments, SeamArgument};
+use super::method::is_diagonal;
 use super::options::{Options, Scale};
 use super::piece::component_of;
 use crate::failure::Failure;
@@ -119,11 +120,7 @@ fn atlas_options(
             .filter(sharp)
             .for_each(|edge| is_seam[edge.0 as usize] = true);
     }
-    let polygons = &repaired.face_polygons;
-    let is_diagonal = |side: HalfedgeId| {
-        let twin = mesh.twin(side);
-        twin.is_some_and(|twin| polygons[side.face()] == polygons[twin.face()])
-    };
+    let is_diagonal = |side: HalfedgeId| is_diagonal(repaired, side);
     Ok(AtlasOptions {
         seam: part.edges(|side| is_seam[mesh.edge(side).0 as usize] && !is_diagonal(side)),
         uncut: part.edges(is_diagonal),

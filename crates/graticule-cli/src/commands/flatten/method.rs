@@ -10,7 +10,7 @@ use graticule::flatten::{
     spectral_map, target_map,
 };
 use graticule::measure::corner_uvs;
-use graticule::mesh::{PerCorner, PerVertex, PolygonSoup, Repaired, VertexId};
+use graticule::mesh::{EdgeId, HalfedgeId, PerCorner, PerVertex, PolygonSoup, Repaired, VertexId};
 use graticule::watch::Watch;
 use serde_json::{Value, json};
 
@@ -231,15 +231,13 @@ impl Task<'_> {
         let options = TargetOptions {
             target,
             cones: cones.collect::<Result<_, Failure>>()?,
+            uncut: self.diagonals(),
             extension: match options.extension {
                 Some(ExtensionArgument::Conjugate) => Extension::Conjugate,
                 Some(ExtensionArgument::Harmonic) | None => Extension::Harmonic,
             },
             triangulation: triangulation(options),
         };
-        if !options.cones.is_empty() {
-            self.check_cuttable()?;
-        }
         let found = target_map(patch, &options, self.watch)?;
         let cut_mesh = found.patch.mesh();
         let at_corner = |corner| cut_mesh.origin(corner);
@@ -257,17 +255,22 @@ impl Task<'_> {
         })
     }
 
-    /// A cut may run along the diagonal of a polygon, which then has no one coordinate at a corner.
-    fn check_cuttable(&self) -> Result<(), Failure> {
-        let mut polygons = self.soup.polygons.iter();
-        if self.repaired.changes.keep_polygons() && polygons.all(|polygon| polygon.len() == 3) {
-            return Ok(());
-        }
-        Err(Failure::new(
-            "--cone cuts the surface open, for which the file must hold sound triangles only",
-            "run 'graticule repair' first, on a triangulated mesh",
-        ))
+    /// The diagonals that repair gave polygons: no cut can be written there.
+    fn diagonals(&self) -> Vec<EdgeId> {
+        let whole = self.repaired.surface.mesh();
+        let sides = whole.edges().map(|edge| whole.edge_halfedge(edge));
+        let diagonal = sides.filter(|&side| is_diagonal(self.repaired, side));
+        let own = diagonal.filter_map(|side| self.piece.corner(side));
+        own.map(|side| self.piece.surface.mesh().edge(side))
+            .collect()
     }
+}
+
+/// Whether the edge of a side runs inside a polygon of the file.
+pub(super) fn is_diagonal(repaired: &Repaired, side: HalfedgeId) -> bool {
+    let polygons = &repaired.face_polygons;
+    let twin = repaired.surface.mesh().twin(side);
+    twin.is_some_and(|twin| polygons[side.face()] == polygons[twin.face()])
 }
 
 fn constrained(made: ConstrainedMap) -> Made {

@@ -181,7 +181,7 @@ impl Star<'_> {
 }
 
 /// The first of the places at shares 1, 1/2, 1/4 … that will do.
-fn first_where(
+pub(super) fn first_where(
     place: impl Fn(f64) -> DVec2,
     halvings: usize,
     will_do: impl Fn(DVec2) -> bool,

@@ -2,9 +2,10 @@
 //!
 //! A map that is injective by construction ([`mod@start`]) goes down to a minimum of an energy that
 //! grows beyond all bounds where a triangle collapses, by a Newton method ([`newton`]) whose steps
-//! end before the first collapse. The energy of triangles ([`energy`]), the linear system
+//! are led around what is in their way and end before the first collapse. The energy of triangles ([`energy`]), the linear system
 //! ([`system`]) and the line search know nothing of each other.
 
+mod boundary;
 mod collapse;
 mod contacts;
 mod convex;
@@ -19,7 +20,8 @@ mod system;
 use glam::DVec2;
 use serde::Serialize;
 
-use self::contacts::{Apart, Boundary};
+use self::boundary::Boundary;
+use self::contacts::Apart;
 use self::newton::{Goal, descend};
 use self::objective::{Objective, Triangles};
 use self::start::{Disk, start};
@@ -135,8 +137,7 @@ pub fn injective_map(
 /// Whether a map without flips is one to one. Exact.
 fn is_one_to_one(patch: &Patch, map: &FlatMap) -> bool {
     let corners: Vec<_> = triangle_corners(patch).collect();
-    let points = patch.unit_surface().positions().as_slice();
-    Boundary::new(&corners, points).is_simple(map.uv.as_slice())
+    Boundary::new(&corners).is_simple(map.uv.as_slice())
 }
 
 /// Lowers the energy of a map without flips, which stays so; with [`Overlap::Forbidden`] also one

@@ -3,10 +3,12 @@
 use glam::DVec2;
 use serde::Serialize;
 
+use super::boundary::Obstacle;
+use super::contacts::gap;
 use super::objective::Objective;
 use super::system::{Direction, NewtonSystem};
 use crate::solve::SolveError;
-use crate::tolerance::{SHARE_TO_COLLAPSE, SUFFICIENT_DECREASE};
+use crate::tolerance::{OBSTACLE_STIFFNESS, SHARE_TO_COLLAPSE, SUFFICIENT_DECREASE};
 use crate::watch::Watch;
 
 /// Halvings of a step after which there is no way down to rounding.
@@ -64,7 +66,12 @@ pub(super) fn descend(
     for iteration in 0..=goal.iterations {
         watch.check()?;
         watch.progress(iteration as f64 / goal.iterations.max(1) as f64);
-        let (direction, gradient) = trust.direction(objective, places, energy, system)?;
+        couple(objective, places, system)?;
+        let Newton {
+            direction,
+            kept,
+            gradient,
+        } = trust.direction(objective, places, energy, system)?;
         descent.residual = descent.residual.max(direction.residual);
         let expected_gain = -0.5 * direction.slope / energy;
         trust.last_gain = expected_gain;
@@ -72,6 +79,7 @@ pub(super) fn descend(
         let found = if descent.converged || iteration == goal.iterations {
             None
         } else {
+            let direction = around_obstacles(objective, places, direction, kept, system)?;
             let search = Search {
                 objective,
                 places,
@@ -97,6 +105,77 @@ pub(super) fn descend(
     Ok(descent)
 }
 
+/// By how much reaches are widened when the system is planned, so that the plan lasts.
+const WIDENED: f64 = 2.0;
+
+/// Sees that the system couples what the Hessian couples at this map.
+fn couple(
+    objective: &impl Objective,
+    places: &[DVec2],
+    system: &mut NewtonSystem,
+) -> Result<(), SolveError> {
+    if system.couples(&objective.couplings(places, 1.0)) {
+        return Ok(());
+    }
+    system.plan(&objective.couplings(places, WIDENED), places)
+}
+
+/// Times that a direction is led around what it would meet.
+const MOST_DETOURS: usize = 3;
+
+/// The share of the step before which an obstacle is worth a detour.
+const SOON: f64 = 0.2;
+
+/// Obstacles that come after so many times as long as the first are left for the next step.
+const HORIZON: f64 = 10.0;
+
+/// Leads a direction around obstacles that would end the step soon, as one place in trouble would
+/// hold all others up: the distance to each is asked to shrink by half only.
+fn around_obstacles(
+    objective: &impl Objective,
+    places: &[DVec2],
+    direct: Direction,
+    kept: f64,
+    system: &mut NewtonSystem,
+) -> Result<Direction, SolveError> {
+    let mut direction = direct;
+    let mut obstacles: Vec<Obstacle> = Vec::new();
+    for _ in 0..MOST_DETOURS {
+        let first = objective.first_obstacle(places, &direction.step);
+        if first >= SOON {
+            break;
+        }
+        let horizon = (HORIZON * first).min(1.0);
+        let met = objective.obstacles(places, &direction.step, horizon);
+        // Where it is as good as there, the direction away from it is not known.
+        let is_apart = |obstacle: &Obstacle| gap(obstacle.vertices, places).0 > 0.0;
+        obstacles.extend(met.into_iter().filter(is_apart));
+        let pairs: Vec<_> = obstacles.iter().flat_map(Obstacle::pairs).collect();
+        if !system.couples(&pairs) {
+            let all = [system.coupled(), &pairs].concat();
+            system.plan(&all, places)?;
+        }
+        system.clear();
+        objective.expand_into(places, kept, system);
+        let aims: Vec<_> = obstacles
+            .iter()
+            .map(|obstacle| {
+                let own: f64 = obstacle.vertices.iter().map(|&v| system.stiffness(v)).sum();
+                (gap(obstacle.vertices, places), OBSTACLE_STIFFNESS * own)
+            })
+            .collect();
+        for ((distance, mode), stiffness) in &aims {
+            system.add_aim(mode, -0.5 * distance, *stiffness);
+        }
+        let detour = system.direction()?;
+        if detour.slope >= 0.0 {
+            break;
+        }
+        direction = detour;
+    }
+    Ok(direction)
+}
+
 /// Shares of the negative curvatures that are tried, before none.
 const KEPT: [f64; 2] = [1.0, 0.5];
 
@@ -105,6 +184,15 @@ const NEAR: f64 = 3e-3;
 
 /// By how much the expected gain must fall before what failed is tried again.
 const RETRIED: f64 = 0.2;
+
+/// A Newton direction.
+struct Newton {
+    direction: Direction,
+    /// The share of negative curvatures that is left in its Hessian.
+    kept: f64,
+    /// The largest force on a vertex.
+    gradient: f64,
+}
 
 /// Which Hessians are worth trying.
 struct Trust {
@@ -123,14 +211,14 @@ impl Default for Trust {
 }
 
 impl Trust {
-    /// The direction by the most exact Hessian that is positive, and the largest force.
+    /// The direction by the most exact Hessian that is positive.
     fn direction(
         &mut self,
         objective: &impl Objective,
         places: &[DVec2],
         energy: f64,
         system: &mut NewtonSystem,
-    ) -> Result<(Direction, f64), SolveError> {
+    ) -> Result<Newton, SolveError> {
         for (&kept, bound) in KEPT.iter().zip(&mut self.bounds) {
             if self.last_gain > *bound {
                 continue;
@@ -141,14 +229,24 @@ impl Trust {
             let direction = system.exact_direction()?;
             let far = NEAR * energy;
             match direction.filter(|direction| -0.5 * direction.slope < far) {
-                Some(direction) => return Ok((direction, gradient)),
+                Some(direction) => {
+                    return Ok(Newton {
+                        direction,
+                        kept,
+                        gradient,
+                    });
+                }
                 None => *bound = RETRIED * self.last_gain,
             }
         }
         system.clear();
         objective.expand_into(places, 0.0, system);
         let gradient = system.largest_force();
-        Ok((system.direction()?, gradient))
+        Ok(Newton {
+            direction: system.direction()?,
+            kept: 0.0,
+            gradient,
+        })
     }
 }
 
@@ -170,7 +268,8 @@ impl<O: Objective> Search<'_, O> {
     /// The first of ever shorter steps that lowers the energy enough; of a full step its doubles,
     /// as long as they lower it further.
     fn run(&self, energy: f64) -> Option<Found> {
-        let most = SHARE_TO_COLLAPSE * self.objective.first_obstacle(self.places, self.direction);
+        let first = self.objective.first_obstacle(self.places, self.direction);
+        let most = SHARE_TO_COLLAPSE * first;
         let mut step = most.min(1.0);
         for _ in 0..MOST_HALVINGS {
             let found = self.at(step);

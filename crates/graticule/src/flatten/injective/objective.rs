@@ -3,6 +3,7 @@
 use glam::DVec2;
 use robust::{Coord, orient2d};
 
+use super::boundary::Obstacle;
 use super::energy::{self, DistortionEnergy};
 use super::system::NewtonSystem;
 use crate::flatten::collapse_time::collapse_time;
@@ -21,6 +22,15 @@ pub(super) trait Objective {
     /// How many times `step` may be made before the map stops being admissible; infinite where it
     /// never does.
     fn first_obstacle(&self, places: &[DVec2], step: &[DVec2]) -> f64;
+
+    /// All that is in the way when `step` is made up to `limit` times.
+    fn obstacles(&self, places: &[DVec2], step: &[DVec2], limit: f64) -> Vec<Obstacle>;
+
+    /// Pairs of vertices that the Hessian couples although they share no triangle; those too that
+    /// it would couple if everything reached `widened` times as far.
+    fn couplings(&self, _places: &[DVec2], _widened: f64) -> Vec<[u32; 2]> {
+        Vec::new()
+    }
 }
 
 /// The mean distortion of triangles. Admissible are maps that flip and collapse none of them.
@@ -105,6 +115,36 @@ impl Objective for Triangles {
             .zip(steps)
             .map(|(p, s)| collapse_time(p, s));
         times.fold(f64::INFINITY, f64::min)
+    }
+
+    fn obstacles(&self, places: &[DVec2], step: &[DVec2], limit: f64) -> Vec<Obstacle> {
+        let moving = self.images(places).zip(self.images(step));
+        let collapsing = moving
+            .zip(&self.corners)
+            .filter_map(|((images, steps), &corners)| {
+                let time = collapse_time(images, steps);
+                (time <= limit).then(|| Obstacle {
+                    vertices: tip_first(corners, images),
+                    time,
+                })
+            });
+        collapsing.collect()
+    }
+}
+
+/// The corners of a triangle, that opposite to its longest side first.
+fn tip_first([a, b, c]: [u32; 3], [p, q, r]: [DVec2; 3]) -> [u32; 3] {
+    let sides = [
+        q.distance_squared(r),
+        r.distance_squared(p),
+        p.distance_squared(q),
+    ];
+    if sides[0] >= sides[1] && sides[0] >= sides[2] {
+        [a, b, c]
+    } else if sides[1] >= sides[2] {
+        [b, c, a]
+    } else {
+        [c, a, b]
     }
 }
 

@@ -17,7 +17,7 @@ use super::Overlap;
 use super::collapse::{Coarsening, Collapse};
 use super::contacts::Apart;
 use super::energy::DistortionEnergy;
-use super::insertion::Star;
+use super::insertion::{Star, first_where};
 use super::newton::{Goal, descend};
 use super::objective::{Objective, Triangles};
 use super::rim::Rim;
@@ -34,6 +34,9 @@ const COARSEST: usize = 60;
 
 /// By how much the vertices may grow before the map is relaxed again.
 const GROWTH: usize = 3;
+
+/// Halvings of the way to the best place of a boundary vertex that is not clear.
+const HALVINGS: usize = 6;
 
 /// How far coarse maps are relaxed: their vertices will move again.
 const RELAXED: Goal = Goal {
@@ -275,6 +278,9 @@ impl Refinement<'_> {
 
     /// Puts vertices back until `collapses` are left to undo.
     fn refine_to(&mut self, collapses: usize) -> Result<(), FlattenError> {
+        if let Some(rim) = &mut self.rim {
+            rim.locate(&self.places);
+        }
         while self.coarse.collapse_count() > collapses {
             let Some(collapse) = self.coarse.restore() else {
                 break;
@@ -340,9 +346,20 @@ impl Refinement<'_> {
         } else {
             star.boundary_place(ends, is_clear)
         }?;
+        // Towards the best place half as far as the boundary lets it, where that is not all the way:
+        // the nearer to something else, the more it will be pushed.
         let improved = star.improved(place);
-        let place = if is_clear(improved) { improved } else { place };
-        rim.insert(collapse.vertex, [collapse.target, other]);
+        let towards = |share| place.lerp(improved, share);
+        let will_do = |place| star.admits(place) && is_clear(place);
+        let place = if is_clear(improved) {
+            improved
+        } else {
+            let farthest = first_where(towards, HALVINGS, will_do).unwrap_or(place);
+            let halfway = place.midpoint(farthest);
+            if will_do(halfway) { halfway } else { place }
+        };
+        self.places[collapse.vertex as usize] = place;
+        rim.insert(collapse.vertex, [collapse.target, other], &self.places);
         Some(place)
     }
 }

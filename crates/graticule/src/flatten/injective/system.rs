@@ -14,7 +14,10 @@ const ENTRIES: usize = 21;
 
 /// Gradient and Hessian by the places of vertices, where triangles couple their corners.
 #[derive(Debug)]
-pub(super) struct NewtonSystem {
+pub(super) struct NewtonSystem<'a> {
+    triangles: &'a [[u32; 3]],
+    /// Pairs of vertices that are coupled beside those of triangles.
+    coupled: Vec<[u32; 2]>,
     /// Where each triangle's entries stand among the matrix's values.
     slots: Vec<[u32; ENTRIES]>,
     diagonal: Vec<u32>,
@@ -23,6 +26,15 @@ pub(super) struct NewtonSystem {
     fixed: Vec<bool>,
     pub(super) gradient: Vec<DVec2>,
     pub(super) hessian: Vec<f64>,
+    /// What turns the direction beside the gradient: no part of the energy's slope.
+    pull: Vec<DVec2>,
+}
+
+/// A common move of a boundary vertex and the ends of an edge.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Mode {
+    pub(super) vertices: [u32; 3],
+    pub(super) moves: [DVec2; 3],
 }
 
 /// A direction in which to move all vertices.
@@ -34,16 +46,35 @@ pub(super) struct Direction {
     pub(super) residual: f64,
 }
 
-impl NewtonSystem {
+impl<'a> NewtonSystem<'a> {
     /// Plans the system of these triangles over `points.len()` vertices; `points` say where the
     /// vertices lie in space. `fixed` vertices do not move.
     pub(super) fn new(
-        triangles: &[[u32; 3]],
+        triangles: &'a [[u32; 3]],
+        points: &[DVec3],
+        fixed: Vec<bool>,
+    ) -> Result<Self, SolveError> {
+        Self::planned(triangles, Vec::new(), points, fixed)
+    }
+
+    /// Plans it anew with more pairs of vertices coupled than those of triangles, which lie near
+    /// each other in the plane.
+    pub(super) fn plan(&mut self, pairs: &[[u32; 2]], places: &[DVec2]) -> Result<(), SolveError> {
+        let points: Vec<DVec3> = places.iter().map(|place| place.extend(0.0)).collect();
+        let fixed = std::mem::take(&mut self.fixed);
+        *self = Self::planned(self.triangles, pairs.to_vec(), &points, fixed)?;
+        Ok(())
+    }
+
+    fn planned(
+        triangles: &'a [[u32; 3]],
+        coupled: Vec<[u32; 2]>,
         points: &[DVec3],
         fixed: Vec<bool>,
     ) -> Result<Self, SolveError> {
         let unknowns = 2 * points.len();
-        let matrix = SymmetricMatrix::from_triplets(unknowns, pattern(triangles, points.len()))?;
+        let entries = pattern(triangles, &coupled, points.len());
+        let matrix = SymmetricMatrix::from_triplets(unknowns, entries)?;
         let places = matrix.lower().pattern();
         let ordering = Placement::at(points).with_block(2).ordering(places)?;
         let symbolic = Symbolic::new(&matrix, &ordering)?;
@@ -66,15 +97,33 @@ impl NewtonSystem {
                 .collect(),
             hessian: vec![0.0; places.entries()],
             gradient: vec![DVec2::ZERO; points.len()],
+            pull: vec![DVec2::ZERO; points.len()],
+            triangles,
+            coupled,
             symbolic,
             fixed,
             matrix,
         })
     }
 
+    /// The pairs that are coupled beside those of triangles.
+    pub(super) fn coupled(&self) -> &[[u32; 2]] {
+        &self.coupled
+    }
+
+    /// Whether the vertices of all these pairs are coupled.
+    pub(super) fn couples(&self, pairs: &[[u32; 2]]) -> bool {
+        let pattern = self.matrix.lower().pattern();
+        pairs.iter().all(|&[a, b]| {
+            let place = pattern.find(2 * a.max(b) as usize, 2 * a.min(b) as usize);
+            place.is_some()
+        })
+    }
+
     /// Empties gradient and Hessian.
     pub(super) fn clear(&mut self) {
         self.gradient.fill(DVec2::ZERO);
+        self.pull.fill(DVec2::ZERO);
         self.hessian.fill(0.0);
     }
 
@@ -94,14 +143,45 @@ impl NewtonSystem {
         }
     }
 
-    /// Adds to one vertex a force, and a stiffness `[xx, xy, yy]`.
-    pub(super) fn add_at_vertex(&mut self, vertex: u32, gradient: DVec2, stiffness: [f64; 3]) {
-        self.gradient[vertex as usize] += gradient;
-        let first = self.diagonal[2 * vertex as usize] as usize;
-        // Within a column rows ascend, so the entry below the diagonal is the next one.
-        self.hessian[first] += stiffness[0];
-        self.hessian[first + 1] += stiffness[1];
-        self.hessian[self.diagonal[2 * vertex as usize + 1] as usize] += stiffness[2];
+    /// Adds `slope` times a mode to the gradient.
+    pub(super) fn add_force(&mut self, mode: &Mode, slope: f64) {
+        for (&vertex, &along) in mode.vertices.iter().zip(&mode.moves) {
+            self.gradient[vertex as usize] += slope * along;
+        }
+    }
+
+    /// Adds `curvature` times mode modeᵀ to the Hessian; its vertices must be coupled.
+    pub(super) fn add_stiffness(&mut self, mode: &Mode, curvature: f64) {
+        let unknown = |entry: usize| 2 * mode.vertices[entry / 2] as usize + entry % 2;
+        let along = |entry: usize| mode.moves[entry / 2][entry % 2];
+        let pattern = Arc::clone(self.matrix.lower().pattern());
+        for [row, column] in lower_entries() {
+            let (high, low) = (
+                unknown(row).max(unknown(column)),
+                unknown(row).min(unknown(column)),
+            );
+            let slot = pattern.find(high, low);
+            debug_assert!(slot.is_some(), "vertices {high} and {low} are not coupled");
+            if let Some(slot) = slot {
+                self.hessian[slot] += curvature * along(row) * along(column);
+            }
+        }
+    }
+
+    /// Asks the direction to go `share` along a mode, the more so the stiffer: adds
+    /// stiffness / 2 · (mode · step − share)² to the model of the energy.
+    pub(super) fn add_aim(&mut self, mode: &Mode, share: f64, stiffness: f64) {
+        self.add_stiffness(mode, stiffness);
+        for (&vertex, &along) in mode.vertices.iter().zip(&mode.moves) {
+            self.pull[vertex as usize] += share * stiffness * along;
+        }
+    }
+
+    /// The trace of the Hessian's block of a vertex.
+    pub(super) fn stiffness(&self, vertex: u32) -> f64 {
+        let first = 2 * vertex as usize;
+        let own = &self.diagonal[first..first + 2];
+        own.iter().map(|&slot| self.hessian[slot as usize]).sum()
     }
 
     /// The Newton direction of what was added since [`clear`](Self::clear), if the Hessian is
@@ -139,7 +219,11 @@ impl NewtonSystem {
             values[slot as usize] *= 1.0 + damping;
         }
         let factor = Cholesky::factor(&self.symbolic, &self.matrix.with_values(values)?)?;
-        let forces: Vec<f64> = self.gradient.iter().flat_map(|g| [-g.x, -g.y]).collect();
+        let pulled = self.gradient.iter().zip(&self.pull);
+        let forces: Vec<f64> = pulled
+            .map(|(&gradient, &pull)| pull - gradient)
+            .flat_map(<[f64; 2]>::from)
+            .collect();
         let solution = factor.solve(&forces)?;
         let pairs = solution.values.chunks_exact(2);
         let step: Vec<DVec2> = pairs.map(DVec2::from_slice).collect();
@@ -175,13 +259,9 @@ impl NewtonSystem {
                 slot += 1;
             }
         }
-        for (gradient, _) in self
-            .gradient
-            .iter_mut()
-            .zip(&self.fixed)
-            .filter(|(_, f)| **f)
-        {
-            *gradient = DVec2::ZERO;
+        for (vertex, _) in self.fixed.iter().enumerate().filter(|(_, fixed)| **fixed) {
+            self.gradient[vertex] = DVec2::ZERO;
+            self.pull[vertex] = DVec2::ZERO;
         }
     }
 
@@ -197,11 +277,17 @@ fn lower_entries() -> impl Iterator<Item = [usize; 2]> {
     (0..6).flat_map(|row| (0..=row).map(move |column| [row, column]))
 }
 
-/// A zero at every place that vertices and edges of the triangles couple.
-fn pattern(triangles: &[[u32; 3]], vertices: usize) -> impl Iterator<Item = (usize, usize, f64)> {
-    let mut edges: Vec<[u32; 2]> = triangles
+/// A zero at every place that vertices, edges of the triangles and other pairs couple.
+fn pattern(
+    triangles: &[[u32; 3]],
+    pairs: &[[u32; 2]],
+    vertices: usize,
+) -> impl Iterator<Item = (usize, usize, f64)> {
+    let sides = triangles
         .iter()
-        .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
+        .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+    let mut edges: Vec<[u32; 2]> = sides
+        .chain(pairs.iter().copied())
         .map(|[a, b]| [a.max(b), a.min(b)])
         .collect();
     edges.sort_unstable();
