@@ -435,3 +435,9 @@ pub const FLAT_IN_NET: f64 = 1e-5;
 /// At a half a triangle is squeezed as no field without singularities asks for; a few such triangles
 /// rule the L² stretch of a whole map.
 pub const NEARLY_INVERTED: f64 = 0.5;
+
+/// Weight of a whole equation of a net where it is a spring, beside cotangent weights.
+///
+/// What it gives way by is a hundred-thousandth of a line spacing: no matter for rounding, and the
+/// matrix keeps ten of its sixteen digits.
+pub const STIFF_EQUATION: f64 = 1e5;

@@ -15,6 +15,7 @@ mod energy;
 mod error;
 mod form;
 mod frames;
+mod guard;
 mod lattice;
 mod options;
 mod poisson;
@@ -31,7 +32,7 @@ pub use error::IntegerGridError;
 pub use options::{GridDensity, IntegerGridOptions};
 pub use poisson::{NetPlan, poisson_net};
 pub use report::IntegerGridReport;
-pub use stage::{IntegerGridMap, integer_grid_map};
+pub use stage::{IntegerGrid, IntegerGridMap, integer_grid_map};
 
 #[cfg(test)]
 mod tests;

@@ -38,7 +38,7 @@ pub struct IntegerGridReport {
 
 impl IntegerGridReport {
     /// Tells what the map does not keep of what was asked for.
-    pub(super) fn warn(&self, watch: &Watch) {
+    pub fn warn(&self, watch: &Watch) {
         for (code, count, what) in [
             (
                 "dropped-edges",

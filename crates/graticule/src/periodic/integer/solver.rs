@@ -4,8 +4,8 @@ use super::IntegerGridError;
 use super::batches::BatchSystem;
 use super::energy::SideEnergy;
 use super::form::Form;
+use super::guard::Guard;
 use super::rounding::Rounding;
-use super::separation::Guard;
 use super::system::NetSystem;
 use super::unknowns::Unknowns;
 use crate::mesh::{PerVertex, TriangleMesh};
@@ -31,8 +31,8 @@ pub(super) enum Solver {
     Batches(BatchSystem),
 }
 
-/// The most whole unknowns of a dense matrix: 128 MB, and some seconds.
-const MOST_DENSE: usize = 4000;
+/// The most whole unknowns of a dense matrix: 72 MB, and about a second.
+const MOST_DENSE: usize = 3000;
 
 impl Solver {
     pub(super) fn new(

@@ -1,12 +1,13 @@
 use glam::DVec2;
 
-use super::alignment::{Alignment, ends_of, wanted_edges, wished_indices};
+use super::alignment::{Alignment, ends_of, marked_edges, wanted_edges, wished_indices};
 use super::cut::{Cut, DualForest};
 use super::energy::SideEnergy;
 use super::form::Form;
 use super::frames::FaceFrames;
+use super::guard::Guard;
 use super::lattice::solve_whole;
-use super::separation::{Guard, separations};
+use super::separation::separations;
 use super::solver::{Parts, Solver};
 use super::unknowns::{Slot, Unknowns};
 use super::untangle::SettledNet;
@@ -34,7 +35,8 @@ pub struct IntegerGridMap {
 ///
 /// Takes any surface: any genus, boundary and number of components. Scaling it changes nothing.
 ///
-/// Cost: one factorisation of a real matrix of two unknowns per vertex, whatever the density.
+/// Cost: one factorisation of a real matrix of two unknowns per vertex, whatever the density; with
+/// thousands of whole numbers a dozen for each density.
 ///
 /// # Errors
 /// [`IntegerGridError`].
@@ -44,22 +46,68 @@ pub fn integer_grid_map(
     options: &IntegerGridOptions,
     watch: &Watch,
 ) -> Result<IntegerGridMap, IntegerGridError> {
-    let _stage = watch.stage("integer grid");
-    let mesh = surface.mesh();
-    options.check(mesh.vertex_count(), mesh.edge_count())?;
-    check_field(surface, field)?;
-    let (unit, similarity) = normalized(surface);
-    let net = Net::of(&unit, field, options, watch)?;
-    let (mut solved, densities) = net.dense(options.density, &similarity, watch)?;
-    let flips = solved.net.flipped().len();
-    {
-        let _stage = watch.stage("untangling");
-        solved.net.untangle(options.untangling_rounds, watch)?;
+    let made = IntegerGrid::of(surface, field, options, watch)?.map(options.density, watch)?;
+    made.report.warn(watch);
+    Ok(made)
+}
+
+/// Everything about integer grid maps of a surface that does not depend on their density.
+pub struct IntegerGrid {
+    net: Net,
+    similarity: Similarity,
+    untangling_rounds: usize,
+}
+
+impl IntegerGrid {
+    /// Prepares maps along a cross field; the density of `options` plays no part.
+    ///
+    /// Cost: most of that of [`integer_grid_map`].
+    ///
+    /// # Errors
+    /// [`IntegerGridError`].
+    pub fn of(
+        surface: &Surface,
+        field: &CrossField,
+        options: &IntegerGridOptions,
+        watch: &Watch,
+    ) -> Result<Self, IntegerGridError> {
+        let _stage = watch.stage("integer grid");
+        let mesh = surface.mesh();
+        options.check(mesh.vertex_count(), mesh.edge_count())?;
+        check_field(surface, field)?;
+        let (unit, similarity) = normalized(surface);
+        Ok(Self {
+            net: Net::of(unit, field, options, watch)?,
+            similarity,
+            untangling_rounds: options.untangling_rounds,
+        })
     }
-    let report = net.report(&solved, &similarity, [densities, flips]);
-    report.warn(watch);
-    let map = net.grid_map(&solved)?;
-    Ok(IntegerGridMap { map, report })
+
+    /// The map of a density. What its report tells of is left to the caller to warn of.
+    ///
+    /// Cost: a handful of solutions with what is factored already, and the removal of flips.
+    ///
+    /// # Errors
+    /// [`IntegerGridError`].
+    pub fn map(
+        &self,
+        density: GridDensity,
+        watch: &Watch,
+    ) -> Result<IntegerGridMap, IntegerGridError> {
+        let _stage = watch.stage("integer grid map");
+        density.check()?;
+        let (mut solved, densities) = self.net.dense(density, &self.similarity, watch)?;
+        let flips = solved.net.flipped().len();
+        {
+            let _stage = watch.stage("untangling");
+            solved.net.untangle(self.untangling_rounds, watch)?;
+        }
+        let report = self
+            .net
+            .report(&solved, &self.similarity, [densities, flips]);
+        let map = self.net.grid_map(&solved)?;
+        Ok(IntegerGridMap { map, report })
+    }
 }
 
 fn check_field(surface: &Surface, field: &CrossField) -> Result<(), IntegerGridError> {
@@ -75,9 +123,9 @@ fn check_field(surface: &Surface, field: &CrossField) -> Result<(), IntegerGridE
     })
 }
 
-/// Everything that does not depend on the density.
-pub(super) struct Net<'a> {
-    surface: &'a Surface,
+/// The same, on a surface of unit extent.
+pub(super) struct Net {
+    surface: Surface,
     frames: FaceFrames,
     cut: Cut,
     alignment: Alignment,
@@ -98,15 +146,15 @@ pub(super) struct Solved<'a> {
     pub(super) cells: f64,
 }
 
-impl<'a> Net<'a> {
+impl Net {
     pub(super) fn of(
-        surface: &'a Surface,
+        surface: Surface,
         field: &CrossField,
         options: &IntegerGridOptions,
         watch: &Watch,
     ) -> Result<Self, IntegerGridError> {
         let mesh = surface.mesh();
-        let triangulation = IntrinsicTriangulation::of(surface)?;
+        let triangulation = IntrinsicTriangulation::of(&surface)?;
         let wanted = wanted_edges(mesh, &options.features, options.align_boundary);
         let on_lines = ends_of(mesh, &wanted);
         let indices = wished_indices(mesh, &triangulation, &wanted);
@@ -114,9 +162,9 @@ impl<'a> Net<'a> {
             on_lines[vertex].then_some(indices[vertex])
         });
         let mut frames = FaceFrames::of(mesh, &triangulation, field, &wished);
-        let forest = DualForest::of(mesh);
+        let forest = DualForest::of(mesh, &marked_edges(mesh, &wanted));
         frames.straighten(mesh, &forest);
-        check_turns(surface, &frames)?;
+        check_turns(&surface, &frames)?;
         let cut = Cut::of(mesh, &forest, &frames.steps);
         let alignment = Alignment::of(mesh, &triangulation, &frames, &wanted);
         alignment.snap(mesh, &triangulation, &mut frames);
@@ -170,7 +218,7 @@ impl<'a> Net<'a> {
         density: GridDensity,
         similarity: &Similarity,
         watch: &Watch,
-    ) -> Result<(Solved<'a>, usize), IntegerGridError> {
+    ) -> Result<(Solved<'_>, usize), IntegerGridError> {
         match density {
             GridDensity::EdgeLength(length) => {
                 let length = libm::ldexp(length, similarity.exponent());
@@ -185,10 +233,10 @@ impl<'a> Net<'a> {
         &self,
         wanted: f64,
         watch: &Watch,
-    ) -> Result<(Solved<'a>, usize), IntegerGridError> {
+    ) -> Result<(Solved<'_>, usize), IntegerGridError> {
         let mut density = (wanted / self.wished_area()).sqrt();
-        let mut best: Option<Solved<'a>> = None;
-        let off = |solved: &Solved<'a>| (solved.cells / wanted - 1.0).abs();
+        let mut best: Option<Solved<'_>> = None;
+        let off = |solved: &Solved<'_>| (solved.cells / wanted - 1.0).abs();
         for tried in 1..=MOST_DENSITIES {
             let solved = self.solve(density, watch)?;
             let ratio = (wanted / solved.cells.max(wanted / 16.0)).sqrt();
@@ -219,7 +267,7 @@ impl<'a> Net<'a> {
         &self,
         density: f64,
         watch: &Watch,
-    ) -> Result<Solved<'a>, IntegerGridError> {
+    ) -> Result<Solved<'_>, IntegerGridError> {
         let (wholes, reals) = self.solver.at(density, &self.rows, &self.guard, watch)?;
         watch.check()?;
         let net = self.settled(density, &reals, &wholes);
@@ -233,7 +281,7 @@ impl<'a> Net<'a> {
         })
     }
 
-    fn settled(&self, density: f64, reals: &[f64], wholes: &[i64]) -> SettledNet<'a> {
+    fn settled(&self, density: f64, reals: &[f64], wholes: &[i64]) -> SettledNet<'_> {
         let mesh = self.surface.mesh();
         let place = |vertex: VertexId| {
             let [x, y] = self.unknowns.slots[vertex].map(|slot| match slot {

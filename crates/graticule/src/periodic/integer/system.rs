@@ -8,7 +8,7 @@ use super::energy::NormalEquations;
 use super::form::Form;
 use super::solver::Parts;
 use super::unknowns::{Slot, turned};
-use crate::solve::{Cholesky, Graph, Ordering, Pattern, SolveError, SymmetricMatrix};
+use crate::solve::{Cholesky, Graph, Ordering, Pattern, SolveError};
 
 /// The most entries off the diagonal: 1.6 GB. Six million triangles have so many.
 const MOST_ENTRIES: usize = 1 << 26;
@@ -39,10 +39,7 @@ impl NetSystem {
     /// energy stands in the factor.
     pub(super) fn new(parts: Parts<'_>) -> Result<Self, IntegerGridError> {
         let reals = parts.unknowns.reals;
-        let whole = |column, factor, terms: &mut Vec<(u32, f64)>| {
-            terms.push((reals as u32 + column, factor));
-        };
-        let (matrix, loads) = assemble(parts, reals + parts.unknowns.wholes, whole)?;
+        let (matrix, loads) = normal_equations(parts, reals + parts.unknowns.wholes)?.finish()?;
         let ordering = ordering(parts, matrix.lower().pattern());
         let factor = Cholesky::new(&matrix, &ordering)?;
         let wholes: Vec<u32> = (reals as u32..loads.len() as u32).collect();
@@ -121,19 +118,18 @@ impl NetSystem {
     }
 }
 
-/// The normal equations over the real unknowns and, after them, whatever `whole` makes of a multiple
-/// of a whole unknown.
-pub(super) fn assemble(
+/// The normal equations over `count` unknowns: the real ones, after them the whole ones, and more.
+pub(super) fn normal_equations(
     parts: Parts<'_>,
     count: usize,
-    whole: impl Fn(u32, f64, &mut Vec<(u32, f64)>),
-) -> Result<(SymmetricMatrix, Vec<f64>), IntegerGridError> {
+) -> Result<NormalEquations, IntegerGridError> {
     let Parts {
         mesh,
         unknowns,
         energy,
         ..
     } = parts;
+    let first_whole = unknowns.reals as u32;
     let mut equations = NormalEquations::new(count);
     let mut terms = Vec::new();
     for halfedge in mesh.halfedges() {
@@ -144,15 +140,16 @@ pub(super) fn assemble(
                 match slot {
                     Slot::Real(column) => terms.push((column, (sign * factor) as f64)),
                     Slot::Whole(sum) => {
-                        for &(column, more) in unknowns.sums[sum as usize].terms() {
-                            whole(column, (sign * factor * more) as f64, &mut terms);
-                        }
+                        let whole = unknowns.sums[sum as usize].terms().iter();
+                        terms.extend(whole.map(|&(column, more)| {
+                            (first_whole + column, (sign * factor * more) as f64)
+                        }));
                     }
                 }
                 for shift in &unknowns.jumps[corner].shifts {
                     let (which, sign) = turned(shift.turn, coordinate);
-                    let column = 2 * shift.chain + which as u32;
-                    whole(column, (sign * factor) as f64, &mut terms);
+                    let column = first_whole + 2 * shift.chain + which as u32;
+                    terms.push((column, (sign * factor) as f64));
                 }
             }
             let wish = energy.wishes[halfedge][coordinate];
@@ -160,7 +157,7 @@ pub(super) fn assemble(
             equations.check_size(MOST_ENTRIES)?;
         }
     }
-    Ok(equations.finish()?)
+    Ok(equations)
 }
 
 /// Real unknowns as a mesh wants it, then the whole ones.
