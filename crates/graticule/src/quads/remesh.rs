@@ -140,7 +140,7 @@ pub fn remesh(
         features: features.clone(),
         ..IntegerGridOptions::default()
     };
-    let grid = IntegerGrid::of(surface, &field.field, &map_options, watch)?;
+    let mut grid = IntegerGrid::of(surface, &field.field, &map_options, watch)?;
     let mut wanted = options.density;
     let mut rounds = 1;
     let (mut mesh, mut report) = loop {

@@ -5,7 +5,7 @@ use super::form::Form;
 use super::guard::Guard;
 use super::rounding::best_whole;
 use super::solver::Parts;
-use super::system::normal_equations;
+use super::system::{normal_equations, right_side};
 use crate::solve::{DirichletSystem, Placement, SymmetricMatrix};
 use crate::tolerance::STIFF_EQUATION;
 use crate::watch::Watch;
@@ -63,6 +63,11 @@ impl BatchSystem {
             rows: rows.to_vec(),
             real_system,
         })
+    }
+
+    /// Takes over other wishes.
+    pub(super) fn wish(&mut self, parts: Parts<'_>) {
+        self.loads = right_side(parts, self.loads.len());
     }
 
     /// The rounded parameters at a density, and the best real unknowns for them.

@@ -22,6 +22,7 @@ mod poisson;
 mod report;
 mod rounding;
 mod separation;
+mod sizing;
 mod solver;
 mod stage;
 mod system;

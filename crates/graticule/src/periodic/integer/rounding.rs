@@ -47,6 +47,16 @@ impl Rounding {
         })
     }
 
+    /// Takes over another right-hand side.
+    pub(super) fn load(&mut self, loads: Vec<f64>) {
+        let relaxed = |row: usize| {
+            let entries = self.inverse.col_as_slice(row).iter().zip(&loads);
+            entries.map(|(entry, load)| entry * load).sum()
+        };
+        self.relaxed = (0..loads.len()).map(relaxed).collect();
+        self.energy.loads = loads;
+    }
+
     /// The rounded parameters at a density.
     ///
     /// A parameter that would round neighbours of `guard` together takes the next whole number that

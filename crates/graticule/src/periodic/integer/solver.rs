@@ -65,6 +65,22 @@ impl Solver {
         BatchSystem::new(parts, parameters).map(Self::Batches)
     }
 
+    /// Takes over other wishes; what is factored stays.
+    pub(super) fn wish(
+        &mut self,
+        parts: Parts<'_>,
+        (rows, parameters): (&[Form], usize),
+    ) -> Result<(), IntegerGridError> {
+        match self {
+            Self::Dense { system, rounding } => {
+                system.wish(parts)?;
+                rounding.load(system.parameter_loads(rows, parameters));
+            }
+            Self::Batches(system) => system.wish(parts),
+        }
+        Ok(())
+    }
+
     /// The whole unknowns and the real ones at a density.
     pub(super) fn at(
         &self,

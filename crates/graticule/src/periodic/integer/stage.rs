@@ -8,6 +8,7 @@ use super::frames::FaceFrames;
 use super::guard::Guard;
 use super::lattice::solve_whole;
 use super::separation::separations;
+use super::sizing::Sizing;
 use super::solver::{Parts, Solver};
 use super::unknowns::{Slot, Unknowns};
 use super::untangle::SettledNet;
@@ -85,17 +86,41 @@ impl IntegerGrid {
 
     /// The map of a density. What its report tells of is left to the caller to warn of.
     ///
+    /// Where triangles stay flipped, lines are drawn closer together, and stay so for maps made
+    /// later.
+    ///
     /// Cost: a handful of solutions with what is factored already, and the removal of flips.
     ///
     /// # Errors
     /// [`IntegerGridError`].
     pub fn map(
-        &self,
+        &mut self,
         density: GridDensity,
         watch: &Watch,
     ) -> Result<IntegerGridMap, IntegerGridError> {
         let _stage = watch.stage("integer grid map");
         density.check()?;
+        let mut best: Option<IntegerGridMap> = None;
+        let mut in_vain = 0;
+        loop {
+            let settled = self.settle(density, watch)?;
+            let flips = |made: &IntegerGridMap| made.report.flips;
+            let is_better = |best: &IntegerGridMap| flips(&settled.made) < flips(best);
+            if best.as_ref().is_none_or(is_better) {
+                best = Some(settled.made);
+                in_vain = 0;
+            } else {
+                in_vain += 1;
+            }
+            let may_go_on = self.net.denser_rounds < MOST_DENSER_ROUNDS;
+            if in_vain == MOST_IN_VAIN || !may_go_on || !self.net.densify(&settled.flipped, settled.density)? {
+                break;
+            }
+        }
+        Ok(best.unwrap_or_else(|| unreachable!("a map was settled in the first round")))
+    }
+
+    fn settle(&self, density: GridDensity, watch: &Watch) -> Result<SettledMap, IntegerGridError> {
         let (mut solved, densities) = self.net.dense(density, &self.similarity, watch)?;
         let flips = solved.net.flipped().len();
         {
@@ -106,9 +131,26 @@ impl IntegerGrid {
             .net
             .report(&solved, &self.similarity, [densities, flips]);
         let map = self.net.grid_map(&solved)?;
-        Ok(IntegerGridMap { map, report })
+        Ok(SettledMap {
+            made: IntegerGridMap { map, report },
+            flipped: solved.net.flipped(),
+            density: solved.density,
+        })
     }
 }
+
+/// A map, where it is flipped, and the density that met the number of quads.
+struct SettledMap {
+    made: IntegerGridMap,
+    flipped: Vec<FaceId>,
+    density: f64,
+}
+
+/// Times that lines are drawn closer together, at most.
+const MOST_DENSER_ROUNDS: usize = 8;
+
+/// Times in a row that this may leave as many triangles flipped.
+const MOST_IN_VAIN: usize = 2;
 
 fn check_field(surface: &Surface, field: &CrossField) -> Result<(), IntegerGridError> {
     let (given, needed) = (field.angles().len(), surface.mesh().vertex_count());
@@ -131,6 +173,9 @@ pub(super) struct Net {
     alignment: Alignment,
     unknowns: Unknowns,
     energy: SideEnergy,
+    sizing: Sizing,
+    /// Times that lines were drawn closer together.
+    denser_rounds: usize,
     pub(super) solver: Solver,
     pub(super) rows: Vec<Form>,
     guard: Guard,
@@ -188,6 +233,8 @@ impl Net {
         let solver = Solver::new(parts, (&rows, parameters), watch)?;
         let guard = Guard::new(&separations(mesh, &unknowns, &energy), &rows, parameters);
         Ok(Self {
+            sizing: Sizing::as_asked(surface.mesh(), &energy),
+            denser_rounds: 0,
             surface,
             frames,
             cut,
@@ -200,6 +247,26 @@ impl Net {
             parameters,
             field_singularities,
         })
+    }
+
+    /// Draws lines closer together round triangles; tells whether there is any place for that.
+    fn densify(&mut self, faces: &[FaceId], density: f64) -> Result<bool, IntegerGridError> {
+        let mesh = self.surface.mesh();
+        if !self.sizing.raise_at(mesh, faces, density) {
+            return Ok(false);
+        }
+        self.denser_rounds += 1;
+        self.energy.wishes = self.sizing.wishes(mesh);
+        let found = separations(mesh, &self.unknowns, &self.energy);
+        self.guard = Guard::new(&found, &self.rows, self.parameters);
+        let parts = Parts {
+            mesh,
+            positions: self.surface.positions(),
+            unknowns: &self.unknowns,
+            energy: &self.energy,
+        };
+        self.solver.wish(parts, (&self.rows, self.parameters))?;
+        Ok(true)
     }
 
     #[cfg(test)]
@@ -363,6 +430,7 @@ impl Net {
             flips_before,
             flips: solved.net.flipped().len(),
             released_vertices: solved.net.released,
+            denser_rounds: self.denser_rounds,
             densities,
         }
     }

@@ -227,7 +227,7 @@ fn one_preparation_serves_every_density() {
     let field = cross_field(&sphere, &FieldOptions::default(), &Watch::new())
         .unwrap()
         .field;
-    let grid = IntegerGrid::of(
+    let mut grid = IntegerGrid::of(
         &sphere,
         &field,
         &IntegerGridOptions::default(),
