@@ -113,7 +113,10 @@ impl IntegerGrid {
                 in_vain += 1;
             }
             let may_go_on = self.net.denser_rounds < MOST_DENSER_ROUNDS;
-            if in_vain == MOST_IN_VAIN || !may_go_on || !self.net.densify(&settled.flipped, settled.density)? {
+            if in_vain == MOST_IN_VAIN
+                || !may_go_on
+                || !self.net.densify(&settled.flipped, settled.density)?
+            {
                 break;
             }
         }
