@@ -112,7 +112,8 @@ impl IntegerGrid {
             } else {
                 in_vain += 1;
             }
-            let may_go_on = self.net.denser_rounds < MOST_DENSER_ROUNDS;
+            let is_local = settled.flipped.len() <= most_flips_mended(&self.net.surface);
+            let may_go_on = is_local && self.net.denser_rounds < MOST_DENSER_ROUNDS;
             if in_vain == MOST_IN_VAIN
                 || !may_go_on
                 || !self.net.densify(&settled.flipped, settled.density)?
@@ -151,6 +152,12 @@ struct SettledMap {
 
 /// Times that lines are drawn closer together, at most.
 const MOST_DENSER_ROUNDS: usize = 8;
+
+/// The most flipped triangles round which lines are drawn closer together. Where there are more,
+/// the density is too low for the whole surface, and each round would cost as much as the map.
+fn most_flips_mended(surface: &Surface) -> usize {
+    (surface.mesh().face_count() / 100).max(200)
+}
 
 /// Times in a row that this may leave as many triangles flipped.
 const MOST_IN_VAIN: usize = 2;
