@@ -490,3 +490,9 @@ pub const SHORTEST_ARC_STEP: f64 = 1e-7;
 /// What a length in spacings of the net may miss a whole number by: above the rounding of lines cut
 /// at a thousand edges, far below the smallest part of a spacing that a chart is cut at.
 pub const WHOLE_LENGTH: f64 = 1e-6;
+
+/// Weight of a whole equation of a net where it is a spring, beside cotangent weights.
+///
+/// What it gives way by is a hundred-thousandth of a line spacing: no matter for rounding, and the
+/// matrix keeps ten of its sixteen digits.
+pub const STIFF_EQUATION: f64 = 1e5;

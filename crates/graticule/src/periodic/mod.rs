@@ -57,8 +57,8 @@ pub use energy::{EnergyKind, Phases, edge_energy, energy_weights, total_energy, 
 pub use error::GridMapError;
 pub use grid_map::{GRID_EXTENT, GRID_STEPS, GridMap};
 pub use integer::{
-    GridDensity, IntegerGridError, IntegerGridMap, IntegerGridOptions, IntegerGridReport, NetPlan,
-    integer_grid_map, poisson_net,
+    GridDensity, IntegerGrid, IntegerGridError, IntegerGridMap, IntegerGridOptions,
+    IntegerGridReport, NetPlan, integer_grid_map, poisson_net,
 };
 pub use minimize::{
     CoarseToFineOptions, DiffusionOptions, MinimizationReport, Minimizer, NewtonOptions,

@@ -12,7 +12,8 @@ use crate::field::{
 use crate::geometry::{face_shapes, total_area};
 use crate::mesh::{EdgeId, PerEdge, Surface};
 use crate::periodic::{
-    GridDensity, GridMap, IntegerGridError, IntegerGridOptions, IntegerGridReport, integer_grid_map,
+    GridDensity, GridMap, IntegerGrid, IntegerGridError, IntegerGridMap, IntegerGridOptions,
+    IntegerGridReport,
 };
 use crate::tolerance::{CLOSE_PAIR_IN_QUADS, COUNT_MISS, FAIR_COUNT_ROUNDS};
 use crate::watch::{Stopped, Watch};
@@ -155,10 +156,17 @@ fn remesh_fine(
 ) -> Result<Remeshed, RemeshError> {
     let field = cross_field(surface, &field_options(surface, options), watch)?;
     let features = all_features(surface, &options.field);
+    let map_options = IntegerGridOptions {
+        density: options.density,
+        features: features.clone(),
+        ..IntegerGridOptions::default()
+    };
+    let mut grid = IntegerGrid::of(surface, &field.field, &map_options, watch)?;
     let mut wanted = options.density;
     let mut rounds = 1;
     let (mut mesh, mut report) = loop {
-        let (mesh, report) = net(surface, &field, &features, wanted, options.mode, watch)?;
+        let made = grid.map(wanted, watch)?;
+        let (mesh, report) = net(surface, (&field, made), &features, options.mode, watch)?;
         let Some(next) = corrected(options.density, wanted, mesh.polygons.len()) else {
             break (mesh, report);
         };
@@ -170,6 +178,7 @@ fn remesh_fine(
         rounds += 1;
     };
     report.rounds = rounds;
+    report.map.warn(watch);
     if let Some(shaping) = &options.shape {
         report.shape = Some(reshape(&mut mesh, surface, &features, shaping, watch)?);
     }
@@ -213,21 +222,14 @@ pub(crate) fn all_features(surface: &Surface, options: &FieldOptions) -> Vec<Edg
     features
 }
 
-/// The polygons at one density, with the vertices where lines cross.
+/// The polygons of a map, with the vertices where lines cross.
 fn net(
     surface: &Surface,
-    field: &FieldResult,
+    (field, made): (&FieldResult, IntegerGridMap),
     features: &[EdgeId],
-    density: GridDensity,
     mode: QuadMode,
     watch: &Watch,
 ) -> Result<(PolygonMesh, RemeshReport), RemeshError> {
-    let map_options = IntegerGridOptions {
-        density,
-        features: features.to_vec(),
-        ..IntegerGridOptions::default()
-    };
-    let made = integer_grid_map(surface, &field.field, &map_options, watch)?;
     let marks = followed(surface, &made.map, features, watch);
     let found = extract_polygons(surface, &made.map, Some(&marks), watch)?;
     watch.check()?;

@@ -295,10 +295,7 @@ pub(super) fn wished_indices(
     triangulation: &IntrinsicTriangulation,
     wanted: &[EdgeId],
 ) -> PerVertex<i32> {
-    let mut is_wanted = PerEdge::filled(mesh.edge_count(), false);
-    for &edge in wanted {
-        is_wanted[edge] = true;
-    }
+    let is_wanted = marked_edges(mesh, wanted);
     PerVertex::from_fn(mesh.vertex_count(), |vertex| {
         let fan: Vec<HalfedgeId> = mesh.outgoing(vertex).collect();
         let starts: Vec<usize> = (0..fan.len())
@@ -325,10 +322,7 @@ pub(super) fn wanted_edges(
     features: &[EdgeId],
     boundary: bool,
 ) -> Vec<EdgeId> {
-    let mut is_wanted = PerEdge::filled(mesh.edge_count(), false);
-    for &edge in features {
-        is_wanted[edge] = true;
-    }
+    let is_wanted = marked_edges(mesh, features);
     let edges = mesh.edges();
     edges
         .filter(|&edge| is_wanted[edge] || (boundary && mesh.is_boundary_edge(edge)))
@@ -342,6 +336,15 @@ pub(super) fn ends_of(mesh: &TriangleMesh, edges: &[EdgeId]) -> PerVertex<bool> 
         for vertex in mesh.ends(mesh.edge_halfedge(edge)) {
             marked[vertex] = true;
         }
+    }
+    marked
+}
+
+/// Marks edges.
+pub(super) fn marked_edges(mesh: &TriangleMesh, edges: &[EdgeId]) -> PerEdge<bool> {
+    let mut marked = PerEdge::filled(mesh.edge_count(), false);
+    for &edge in edges {
+        marked[edge] = true;
     }
     marked
 }

@@ -17,28 +17,34 @@ pub(super) struct DualForest {
 }
 
 impl DualForest {
-    /// Breadth first, from the first triangle of each component.
-    pub(super) fn of(mesh: &TriangleMesh) -> Self {
+    /// Breadth first, from the first triangle of each component; edges of `barriers` are crossed
+    /// only where all that hangs together without is done.
+    ///
+    /// So the cut follows lines that are barriers and does not cross them: coordinates that are
+    /// constant along a line stay short sums of shifts.
+    pub(super) fn of(mesh: &TriangleMesh, barriers: &PerEdge<bool>) -> Self {
         let mut order = Vec::with_capacity(mesh.face_count());
         let mut crossed = PerEdge::filled(mesh.edge_count(), false);
         let mut seen = PerFace::filled(mesh.face_count(), false);
         let mut queue = VecDeque::new();
+        let mut beyond = VecDeque::new();
         for root in mesh.faces() {
-            if seen[root] {
-                continue;
-            }
-            seen[root] = true;
             queue.push_back((root, None));
-            while let Some((face, entered)) = queue.pop_front() {
+            while let Some((face, entered)) = queue.pop_front().or_else(|| beyond.pop_front()) {
+                if std::mem::replace(&mut seen[face], true) {
+                    continue;
+                }
                 order.push((face, entered));
+                if let Some(from) = entered {
+                    crossed[mesh.edge(from)] = true;
+                }
                 for halfedge in face.halfedges() {
-                    let Some(twin) = mesh.twin(halfedge) else {
-                        continue;
-                    };
-                    if !seen[twin.face()] {
-                        seen[twin.face()] = true;
-                        crossed[mesh.edge(halfedge)] = true;
-                        queue.push_back((twin.face(), Some(halfedge)));
+                    let twin = mesh.twin(halfedge).filter(|twin| !seen[twin.face()]);
+                    let next = twin.map(|twin| (twin.face(), Some(halfedge)));
+                    if barriers[mesh.edge(halfedge)] {
+                        beyond.extend(next);
+                    } else {
+                        queue.extend(next);
                     }
                 }
             }

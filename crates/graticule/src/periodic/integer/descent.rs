@@ -37,6 +37,11 @@ struct Pair {
 }
 
 impl Descent {
+    /// Steps at most.
+    pub(super) fn steps(&self) -> usize {
+        self.steps
+    }
+
     /// Moves the point downhill; gives by which share of itself the value fell.
     pub(super) fn run(&self, objective: &impl Objective, point: &mut Vec<f64>) -> f64 {
         let mut gradient = vec![0.0; point.len()];

@@ -15,12 +15,14 @@ mod energy;
 mod error;
 mod form;
 mod frames;
+mod guard;
 mod lattice;
 mod options;
 mod poisson;
 mod report;
 mod rounding;
 mod separation;
+mod sizing;
 mod solver;
 mod stage;
 mod system;
@@ -31,7 +33,7 @@ pub use error::IntegerGridError;
 pub use options::{GridDensity, IntegerGridOptions};
 pub use poisson::{NetPlan, poisson_net};
 pub use report::IntegerGridReport;
-pub use stage::{IntegerGridMap, integer_grid_map};
+pub use stage::{IntegerGrid, IntegerGridMap, integer_grid_map};
 
 #[cfg(test)]
 mod tests;

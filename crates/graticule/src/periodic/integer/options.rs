@@ -11,6 +11,22 @@ pub enum GridDensity {
     Quads(usize),
 }
 
+impl GridDensity {
+    pub(super) fn check(self) -> Result<(), IntegerGridError> {
+        match self {
+            Self::EdgeLength(length) if !(length > 0.0 && length.is_finite()) => {
+                Err(out_of_range("edge length", length, "above 0, finite"))
+            }
+            Self::Quads(0) => Err(out_of_range("number of quads", 0.0, "1 and above")),
+            _ => Ok(()),
+        }
+    }
+}
+
+fn out_of_range(name: &'static str, value: f64, range: &'static str) -> IntegerGridError {
+    IntegerGridError::Option { name, value, range }
+}
+
 /// How [`integer_grid_map`](super::integer_grid_map) makes a map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct IntegerGridOptions {
@@ -41,14 +57,7 @@ impl Default for IntegerGridOptions {
 
 impl IntegerGridOptions {
     pub(super) fn check(&self, vertices: usize, edges: usize) -> Result<(), IntegerGridError> {
-        let range = |name, value, range| Err(IntegerGridError::Option { name, value, range });
-        match self.density {
-            GridDensity::EdgeLength(length) if !(length > 0.0 && length.is_finite()) => {
-                return range("edge length", length, "above 0, finite");
-            }
-            GridDensity::Quads(0) => return range("number of quads", 0.0, "1 and above"),
-            _ => {}
-        }
+        self.density.check()?;
         if let Some(edge) = self.features.iter().find(|edge| edge.0 as usize >= edges) {
             return Err(IntegerGridError::NoSuchEdge { edge: *edge, edges });
         }
@@ -61,7 +70,7 @@ impl IntegerGridOptions {
                 .iter()
                 .find(|value| !(**value > 0.0 && value.is_finite()));
             if let Some(&value) = bad {
-                return range("sizing", value, "above 0, finite");
+                return Err(out_of_range("sizing", value, "above 0, finite"));
             }
         }
         Ok(())

@@ -32,13 +32,15 @@ pub struct IntegerGridReport {
     /// Vertices on lines to be followed that were let go of them, where nothing else made triangles
     /// positive.
     pub released_vertices: usize,
+    /// Times that lines were drawn closer together round flipped triangles.
+    pub denser_rounds: usize,
     /// Densities that were tried for the number of quads.
     pub densities: usize,
 }
 
 impl IntegerGridReport {
     /// Tells what the map does not keep of what was asked for.
-    pub(super) fn warn(&self, watch: &Watch) {
+    pub fn warn(&self, watch: &Watch) {
         for (code, count, what) in [
             (
                 "dropped-edges",
@@ -49,6 +51,11 @@ impl IntegerGridReport {
                 "released-vertices",
                 self.released_vertices,
                 "vertices were let go of the lines along them, to keep triangles positive",
+            ),
+            (
+                "denser-lines",
+                self.denser_rounds,
+                "times lines were drawn closer together on parts thinner than a cell",
             ),
             ("flips", self.flips, "triangles of the map are flipped"),
         ] {

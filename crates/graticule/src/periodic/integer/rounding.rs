@@ -1,9 +1,10 @@
 //! Whole numbers near the least of a quadratic energy.
 
+use faer::linalg::matmul::matmul;
 use faer::linalg::solvers::Solve;
-use faer::{Mat, Side};
+use faer::{Accum, Mat, Par, Side};
 
-use super::separation::Guard;
+use super::guard::{Guard, SettledPairs};
 use super::system::WholeEnergy;
 use crate::watch::{Stopped, Watch};
 
@@ -12,9 +13,10 @@ use crate::watch::{Stopped, Watch};
 /// here the cost is that of the energy, not the distance).
 ///
 /// The inverse of the energy's matrix is kept up to date: fixing a parameter takes a rank-one
-/// matrix away. Cost: cubic in the number of parameters, with a small factor.
+/// matrix away. These are gathered and taken away many at a time. Cost: cubic in the number of
+/// parameters, at the speed of dense products.
 pub(super) struct Rounding {
-    /// The inverse of the matrix over the parameters not rounded yet; 0 elsewhere.
+    /// The inverse of the matrix over the parameters.
     inverse: Mat<f64>,
     /// The parameters where the energy is least, at a density of one line per unit of length.
     relaxed: Vec<f64>,
@@ -45,6 +47,16 @@ impl Rounding {
         })
     }
 
+    /// Takes over another right-hand side.
+    pub(super) fn load(&mut self, loads: Vec<f64>) {
+        let relaxed = |row: usize| {
+            let entries = self.inverse.col_as_slice(row).iter().zip(&loads);
+            entries.map(|(entry, load)| entry * load).sum()
+        };
+        self.relaxed = (0..loads.len()).map(relaxed).collect();
+        self.energy.loads = loads;
+    }
+
     /// The rounded parameters at a density.
     ///
     /// A parameter that would round neighbours of `guard` together takes the next whole number that
@@ -56,30 +68,28 @@ impl Rounding {
         watch: &Watch,
     ) -> Result<Vec<i64>, Stopped> {
         let mut values: Vec<f64> = self.relaxed.iter().map(|value| density * value).collect();
-        let mut inverse = self.inverse.clone();
-        let mut open: Vec<usize> = (0..values.len()).collect();
-        let mut is_settled = vec![false; values.len()];
-        while let Some(place) = cheapest(&open, &values, &inverse) {
+        let mut settled = guard.none_settled(density);
+        let mut open = OpenParameters::all(&self.inverse);
+        while !open.columns.is_empty() {
             watch.check()?;
-            let column = open.swap_remove(place);
-            let relaxed = values[column];
-            let whole = best_whole(relaxed, |whole| {
+            let mut steps = Vec::with_capacity(GATHERED);
+            while let Some(place) = open.cheapest(&values, steps.len()) {
+                let column = open.columns[place];
+                let relaxed = values[column];
+                let whole = best_whole(relaxed, |whole| settled.broken_by(column, whole));
+                steps.push(open.fix(place, whole - relaxed, &steps, &mut values));
                 values[column] = whole;
-                guard.broken(column, &values, &is_settled, density)
-            });
-            values[column] = relaxed;
-            is_settled[column] = true;
-            let step = whole - relaxed;
-            fix(&mut inverse, &mut values, &open, column, step);
-            values[column] = whole;
+                settled.settle(column, whole);
+            }
+            open.take_away(&steps);
         }
-        self.mend(density, guard, &mut values);
+        self.mend(density, &mut settled, &mut values);
         Ok(values.into_iter().map(|value| value as i64).collect())
     }
 
-    /// Changes single parameters as long as fewer neighbours are together for it, each time the one
-    /// that parts most, of these the one that costs least.
-    fn mend(&self, density: f64, guard: &Guard, values: &mut [f64]) {
+    /// Changes single parameters as long as fewer neighbours are together for it: for each two that
+    /// are the parameter that parts most, of these the one that costs least.
+    fn mend(&self, density: f64, settled: &mut SettledPairs<'_>, values: &mut [f64]) {
         let mut slopes: Vec<f64> = self
             .energy
             .loads
@@ -89,9 +99,20 @@ impl Rounding {
         for (column, &value) in values.iter().enumerate() {
             self.add_column(&mut slopes, column, value);
         }
-        while let Some((column, step)) = self.best_mending(density, guard, values, &slopes) {
-            values[column] += step;
-            self.add_column(&mut slopes, column, step);
+        let mut broken = settled.broken_pairs();
+        while !broken.is_empty() {
+            let before = broken.len();
+            for pair in broken {
+                if let Some((column, step)) = self.best_mending(pair, settled, &slopes) {
+                    values[column] += step;
+                    settled.shift(column, step);
+                    self.add_column(&mut slopes, column, step);
+                }
+            }
+            broken = settled.broken_pairs();
+            if broken.len() >= before {
+                break;
+            }
         }
     }
 
@@ -102,25 +123,23 @@ impl Rounding {
         }
     }
 
-    /// The change of one parameter that parts most neighbours; `None` where none parts any.
+    /// The change of one parameter of a pair that parts most; `None` where none parts any, or the
+    /// pair is parted already.
     fn best_mending(
         &self,
-        density: f64,
-        guard: &Guard,
-        values: &mut [f64],
+        pair: usize,
+        settled: &SettledPairs<'_>,
         slopes: &[f64],
     ) -> Option<(usize, f64)> {
-        let is_settled = vec![true; values.len()];
+        if !settled.is_broken(pair) {
+            return None;
+        }
         let mut best = None;
-        for column in guard.broken_parameters(values, density) {
-            let before = guard.broken(column, values, &is_settled, density);
+        for column in settled.parameters_of(pair) {
             for step in [1.0, -1.0, 2.0, -2.0] {
-                values[column] += step;
-                let after = guard.broken(column, values, &is_settled, density);
-                values[column] -= step;
+                let parts = settled.parted_by(column, step);
                 let own = self.energy.matrix[(column, column)];
                 let cost = step * slopes[column] + 0.5 * step * step * own;
-                let parts = before.saturating_sub(after);
                 let is_better = best
                     .is_none_or(|(most, least, _)| parts > most || (parts == most && cost < least));
                 if parts > 0 && is_better {
@@ -129,6 +148,94 @@ impl Rounding {
             }
         }
         best.map(|(_, _, change)| change)
+    }
+}
+
+/// Parameters fixed before their rank-one matrices are taken away together.
+const GATHERED: usize = 32;
+
+/// The parameters not rounded yet.
+struct OpenParameters {
+    /// Their numbers.
+    columns: Vec<usize>,
+    /// The inverse of their matrix, before the steps gathered.
+    inverse: Mat<f64>,
+    /// The diagonal of the inverse after them; 0 for what they fixed.
+    diagonal: Vec<f64>,
+}
+
+impl OpenParameters {
+    fn all(inverse: &Mat<f64>) -> Self {
+        let count = inverse.nrows();
+        Self {
+            columns: (0..count).collect(),
+            inverse: inverse.clone(),
+            diagonal: (0..count).map(|row| inverse[(row, row)]).collect(),
+        }
+    }
+
+    /// The place of the parameter whose rounding costs least; `None` where enough are gathered.
+    fn cheapest(&self, values: &[f64], gathered: usize) -> Option<usize> {
+        let cost = |&place: &usize| {
+            let value = values[self.columns[place]];
+            (value - value.round()).powi(2) / self.diagonal[place]
+        };
+        let open = (0..self.columns.len()).filter(|&place| self.diagonal[place] > 0.0);
+        open.filter(|_| gathered < GATHERED)
+            .min_by(|a, b| cost(a).total_cmp(&cost(b)))
+    }
+
+    /// Moves a parameter by `step` and the open ones to their best. Gives the column of the inverse
+    /// whose square goes.
+    fn fix(
+        &mut self,
+        place: usize,
+        step: f64,
+        gathered: &[Vec<f64>],
+        values: &mut [f64],
+    ) -> Vec<f64> {
+        let mut entries = self.inverse.col_as_slice(place).to_vec();
+        for other in gathered {
+            let factor = other[place];
+            for (entry, more) in entries.iter_mut().zip(other) {
+                *entry -= factor * more;
+            }
+        }
+        let own = entries[place];
+        let scale = own.max(f64::MIN_POSITIVE).sqrt();
+        for (row, entry) in entries.iter_mut().enumerate() {
+            if self.diagonal[row] > 0.0 {
+                values[self.columns[row]] += *entry / own.max(f64::MIN_POSITIVE) * step;
+            }
+            *entry /= scale;
+            // What rounding errors make of nothing stays open.
+            let least = f64::MIN_POSITIVE.max(1e-14 * self.diagonal[row]);
+            if self.diagonal[row] > 0.0 {
+                self.diagonal[row] = (self.diagonal[row] - *entry * *entry).max(least);
+            }
+        }
+        self.diagonal[place] = 0.0;
+        entries
+    }
+
+    /// Takes the squares of the columns away, and the rows that were fixed out.
+    fn take_away(&mut self, steps: &[Vec<f64>]) {
+        let kept: Vec<usize> = (0..self.columns.len())
+            .filter(|&place| self.diagonal[place] > 0.0)
+            .collect();
+        let count = kept.len();
+        let shares = Mat::from_fn(count, steps.len(), |row, step| steps[step][kept[row]]);
+        let mut inverse = Mat::from_fn(count, count, |row, column| {
+            self.inverse[(kept[row], kept[column])]
+        });
+        let (left, right) = (shares.as_ref(), shares.transpose());
+        matmul(inverse.as_mut(), Accum::Add, left, right, -1.0, Par::Seq);
+        self.inverse = inverse;
+        self.columns = kept.iter().map(|&place| self.columns[place]).collect();
+        self.diagonal = (0..count).map(|row| self.inverse[(row, row)]).collect();
+        for own in &mut self.diagonal {
+            *own = own.max(f64::MIN_POSITIVE);
+        }
     }
 }
 
@@ -149,44 +256,10 @@ pub(super) fn best_whole(value: f64, mut broken: impl FnMut(f64) -> usize) -> f6
     best.1
 }
 
-/// The place in `open` of the parameter whose rounding costs least.
-fn cheapest(open: &[usize], values: &[f64], inverse: &Mat<f64>) -> Option<usize> {
-    let cost = |&column: &usize| {
-        let off = values[column] - values[column].round();
-        off * off / inverse[(column, column)].max(f64::MIN_POSITIVE)
-    };
-    let places = 0..open.len();
-    places.min_by(|&a, &b| {
-        let [a, b] = [open[a], open[b]];
-        cost(&a).total_cmp(&cost(&b)).then(a.cmp(&b))
-    })
-}
-
-/// Moves a parameter by `step`, the open ones to their best, and takes it out of the inverse.
-fn fix(inverse: &mut Mat<f64>, values: &mut [f64], open: &[usize], column: usize, step: f64) {
-    let own = inverse[(column, column)];
-    if own <= 0.0 {
-        return;
-    }
-    let shares: Vec<f64> = open
-        .iter()
-        .map(|&row| inverse[(row, column)] / own)
-        .collect();
-    for (&row, share) in open.iter().zip(&shares) {
-        values[row] += share * step;
-    }
-    for &other in open {
-        let factor = inverse[(other, column)];
-        let entries = inverse.col_as_slice_mut(other);
-        for (&row, share) in open.iter().zip(&shares) {
-            entries[row] -= share * factor;
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use glam::DVec2;
+    use graticule_fixtures::Noise;
 
     use super::super::form::Form;
     use super::super::separation::Separation;
@@ -216,6 +289,72 @@ mod tests {
         (Rounding::new(energy).unwrap(), guard)
     }
 
+    /// Two parameters that were both rounded to 0, mended.
+    fn mended(rounding: &Rounding, guard: &Guard) -> [i64; 2] {
+        let mut values = [0.0; 2];
+        let mut settled = guard.none_settled(1.0);
+        for column in 0..2 {
+            settled.settle(column, 0.0);
+        }
+        rounding.mend(1.0, &mut settled, &mut values);
+        values.map(|value| value as i64)
+    }
+
+    #[test]
+    fn many_parameters_are_rounded_to_where_each_belongs() {
+        let wished: Vec<f64> = (0..100).map(|number| f64::from(number) + 0.3).collect();
+        let (rounding, guard) = chain(&wished);
+        let rounded = rounding.at(1.0, &guard, &Watch::new()).unwrap();
+        assert_eq!(rounded, (0..100).collect::<Vec<i64>>());
+    }
+
+    /// Greedy rounding as it is defined, with a new inverse for every step.
+    fn rounded_one_by_one(matrix: &Mat<f64>, loads: &[f64]) -> Vec<i64> {
+        let mut fixed: Vec<Option<f64>> = vec![None; loads.len()];
+        loop {
+            let open: Vec<usize> = (0..loads.len()).filter(|&c| fixed[c].is_none()).collect();
+            let count = open.len();
+            if count == 0 {
+                return fixed.into_iter().flatten().map(|x| x as i64).collect();
+            }
+            let own = Mat::from_fn(count, count, |r, c| matrix[(open[r], open[c])]);
+            let load = |row: usize| {
+                let terms = fixed.iter().enumerate();
+                let known = terms.map(|(c, x)| matrix[(row, c)] * x.unwrap_or_default());
+                loads[row] - known.sum::<f64>()
+            };
+            let right = Mat::from_fn(count, 1, |row, _| load(open[row]));
+            let factor = own.llt(Side::Lower).unwrap();
+            let inverse = factor.solve(Mat::<f64>::identity(count, count));
+            let relaxed = factor.solve(right);
+            let off = |place: usize| relaxed[(place, 0)] - relaxed[(place, 0)].round();
+            let cost = |place: usize| off(place).powi(2) / inverse[(place, place)];
+            let best = (0..count).min_by(|&a, &b| cost(a).total_cmp(&cost(b)));
+            let best = best.unwrap();
+            fixed[open[best]] = Some(relaxed[(best, 0)].round());
+        }
+    }
+
+    /// More parameters than are gathered at a time, each tied to its neighbours.
+    #[test]
+    fn gathered_steps_round_as_single_ones_do() {
+        let count = 2 * GATHERED + 10;
+        let mut matrix = Mat::<f64>::identity(count, count);
+        for row in 1..count {
+            matrix[(row, row)] += 2.0;
+            matrix[(row - 1, row - 1)] += 2.0;
+            matrix[(row, row - 1)] -= 2.0;
+            matrix[(row - 1, row)] -= 2.0;
+        }
+        let mut noise = Noise::new(5);
+        let loads: Vec<f64> = (0..count).map(|_| 3.0 * noise.signed()).collect();
+        let expected = rounded_one_by_one(&matrix, &loads);
+        let rounding = Rounding::new(WholeEnergy { matrix, loads }).unwrap();
+        let guard = Guard::new(&[], &[], count);
+        assert_eq!(rounding.at(1.0, &guard, &Watch::new()).unwrap(), expected);
+        assert!(expected.iter().any(|&whole| whole != 0));
+    }
+
     #[test]
     fn neighbours_are_not_rounded_together() {
         let (rounding, guard) = chain(&[0.1, 0.3, 0.4, 3.2]);
@@ -229,12 +368,8 @@ mod tests {
     #[test]
     fn neighbours_that_are_together_are_parted_at_least_cost() {
         let (rounding, guard) = chain(&[0.0, 0.3]);
-        let mut values = [0.0, 0.0];
-        rounding.mend(1.0, &guard, &mut values);
-        assert_eq!(values.map(|value| value as i64), [0, 1]);
+        assert_eq!(mended(&rounding, &guard), [0, 1]);
         let (rounding, guard) = chain(&[-0.3, 0.0]);
-        let mut values = [0.0, 0.0];
-        rounding.mend(1.0, &guard, &mut values);
-        assert_eq!(values.map(|value| value as i64), [-1, 0]);
+        assert_eq!(mended(&rounding, &guard), [-1, 0]);
     }
 }

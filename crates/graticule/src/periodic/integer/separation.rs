@@ -23,7 +23,7 @@ pub(super) struct Separation {
 
 impl Separation {
     /// The part of the wish that whole numbers decide on.
-    fn decided(&self) -> DVec2 {
+    pub(super) fn decided(&self) -> DVec2 {
         let part = |c: usize| {
             if self.difference[c].is_some() {
                 self.wish[c]
@@ -36,6 +36,7 @@ impl Separation {
 }
 
 /// The pairs of places whose regions on the surface, those of the points nearest to them, meet.
+/// A region that meets itself round a thin part gives a place and its own image.
 ///
 /// Of pairs with the same whole difference the one wished to be closest stands for all. A place on
 /// a line counts only against what lies across it.
@@ -133,9 +134,6 @@ impl Regions {
         let corners = [halfedge, halfedge.next()];
         let ends = corners.map(|corner| self.reached[mesh.origin(corner)].as_ref());
         let [from, to] = [ends[0]?, ends[1]?];
-        if from.source == to.source {
-            return None;
-        }
         let seen = |reached: &Reached, corner: HalfedgeId| {
             let jump = &unknowns.jumps[corner];
             (reached.jump.then(jump), jump.turn.apply(reached.wish))
@@ -190,7 +188,7 @@ fn place(unknowns: &Unknowns, vertex: VertexId, jump: &Jump, coordinate: usize) 
 
 /// Whether the whole part of a difference says if two places lie apart: it is not always the same,
 /// and the wish runs along it rather than across.
-fn is_decisive(difference: &[Option<Form>; 2], wish: DVec2) -> bool {
+pub(super) fn is_decisive(difference: &[Option<Form>; 2], wish: DVec2) -> bool {
     let varies = |form: &Option<Form>| form.as_ref().is_some_and(|form| !form.is_zero());
     match difference {
         [Some(_), Some(_)] => difference.iter().any(varies),
@@ -199,110 +197,3 @@ fn is_decisive(difference: &[Option<Form>; 2], wish: DVec2) -> bool {
         [None, None] => false,
     }
 }
-
-/// The separations over the free parameters, and which of them each parameter belongs to.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Guard {
-    pairs: Vec<Separation>,
-    of_parameter: Vec<Vec<u32>>,
-}
-
-impl Guard {
-    /// `rows` gives the whole unknowns in terms of the parameters.
-    pub(super) fn new(separations: &[Separation], rows: &[Form], parameters: usize) -> Self {
-        let mut guard = Self {
-            pairs: Vec::with_capacity(separations.len()),
-            of_parameter: vec![Vec::new(); parameters],
-        };
-        for separation in separations {
-            let over_parameters = |form: &Form| {
-                let mut sum = Form::default();
-                for &(unknown, factor) in form.terms() {
-                    sum.add(factor, &rows[unknown as usize]);
-                }
-                sum
-            };
-            let difference = separation
-                .difference
-                .each_ref()
-                .map(|form| form.as_ref().map(over_parameters));
-            if !is_decisive(&difference, separation.wish) {
-                continue;
-            }
-            let number = guard.pairs.len() as u32;
-            let forms = difference.iter().flatten();
-            let mut columns: Vec<u32> = forms
-                .flat_map(|form| form.terms().iter().map(|term| term.0))
-                .collect();
-            columns.sort_unstable();
-            columns.dedup();
-            for column in columns {
-                guard.of_parameter[column as usize].push(number);
-            }
-            guard.pairs.push(Separation {
-                difference,
-                wish: separation.wish,
-            });
-        }
-        guard
-    }
-
-    /// The parameters of pairs that end up at one point or the wrong way round, ascending.
-    pub(super) fn broken_parameters(&self, values: &[f64], density: f64) -> Vec<usize> {
-        let broken = self
-            .pairs
-            .iter()
-            .filter(|pair| pair.is_broken(values, density));
-        let forms = broken.flat_map(|pair| pair.difference.iter().flatten());
-        let columns = forms.flat_map(Form::terms).map(|term| term.0 as usize);
-        let mut columns: Vec<usize> = columns.collect();
-        columns.sort_unstable();
-        columns.dedup();
-        columns
-    }
-
-    /// The pairs that this parameter belongs to.
-    fn pairs_of(&self, parameter: usize) -> impl Iterator<Item = &Separation> {
-        self.of_parameter[parameter]
-            .iter()
-            .map(|&pair| &self.pairs[pair as usize])
-    }
-
-    /// The number of pairs that this parameter settles, all their others being settled, and that end
-    /// up at one point or the wrong way round.
-    pub(super) fn broken(
-        &self,
-        parameter: usize,
-        values: &[f64],
-        is_settled: &[bool],
-        density: f64,
-    ) -> usize {
-        let settled = self.pairs_of(parameter).filter(|pair| {
-            let mut columns = pair.difference.iter().flatten().flat_map(Form::terms);
-            columns.all(|term| is_settled[term.0 as usize] || term.0 as usize == parameter)
-        });
-        settled
-            .filter(|pair| pair.is_broken(values, density))
-            .count()
-    }
-}
-
-impl Separation {
-    fn is_broken(&self, values: &[f64], density: f64) -> bool {
-        let wish = self.decided() * density;
-        if wish.length() > FARTHEST_GUARDED {
-            return false;
-        }
-        let value = |form: &Option<Form>| {
-            let terms = form.as_ref().map_or(&[][..], Form::terms).iter();
-            terms
-                .map(|&(column, factor)| factor as f64 * values[column as usize])
-                .sum()
-        };
-        let [x, y] = self.difference.each_ref().map(value);
-        DVec2::new(x, y).dot(wish) <= 0.0
-    }
-}
-
-/// Places farther apart than this many line spacings are not rounded together.
-const FARTHEST_GUARDED: f64 = 4.0;

@@ -4,8 +4,8 @@ use super::IntegerGridError;
 use super::batches::BatchSystem;
 use super::energy::SideEnergy;
 use super::form::Form;
+use super::guard::Guard;
 use super::rounding::Rounding;
-use super::separation::Guard;
 use super::system::NetSystem;
 use super::unknowns::Unknowns;
 use crate::mesh::{PerVertex, TriangleMesh};
@@ -31,8 +31,8 @@ pub(super) enum Solver {
     Batches(BatchSystem),
 }
 
-/// The most whole unknowns of a dense matrix: 128 MB, and some seconds.
-const MOST_DENSE: usize = 4000;
+/// The most whole unknowns of a dense matrix: 72 MB, and about a second.
+const MOST_DENSE: usize = 3000;
 
 impl Solver {
     pub(super) fn new(
@@ -63,6 +63,22 @@ impl Solver {
         parameters: (&[Form], usize),
     ) -> Result<Self, IntegerGridError> {
         BatchSystem::new(parts, parameters).map(Self::Batches)
+    }
+
+    /// Takes over other wishes; what is factored stays.
+    pub(super) fn wish(
+        &mut self,
+        parts: Parts<'_>,
+        (rows, parameters): (&[Form], usize),
+    ) -> Result<(), IntegerGridError> {
+        match self {
+            Self::Dense { system, rounding } => {
+                system.wish(parts)?;
+                rounding.load(system.parameter_loads(rows, parameters));
+            }
+            Self::Batches(system) => system.wish(parts),
+        }
+        Ok(())
     }
 
     /// The whole unknowns and the real ones at a density.

@@ -1,12 +1,14 @@
 use glam::DVec2;
 
-use super::alignment::{Alignment, ends_of, wanted_edges, wished_indices};
+use super::alignment::{Alignment, ends_of, marked_edges, wanted_edges, wished_indices};
 use super::cut::{Cut, DualForest};
 use super::energy::SideEnergy;
 use super::form::Form;
 use super::frames::FaceFrames;
+use super::guard::Guard;
 use super::lattice::solve_whole;
-use super::separation::{Guard, separations};
+use super::separation::separations;
+use super::sizing::Sizing;
 use super::solver::{Parts, Solver};
 use super::unknowns::{Slot, Unknowns};
 use super::untangle::SettledNet;
@@ -34,7 +36,8 @@ pub struct IntegerGridMap {
 ///
 /// Takes any surface: any genus, boundary and number of components. Scaling it changes nothing.
 ///
-/// Cost: one factorisation of a real matrix of two unknowns per vertex, whatever the density.
+/// Cost: one factorisation of a real matrix of two unknowns per vertex, whatever the density; with
+/// thousands of whole numbers a dozen for each density.
 ///
 /// # Errors
 /// [`IntegerGridError`].
@@ -44,23 +47,120 @@ pub fn integer_grid_map(
     options: &IntegerGridOptions,
     watch: &Watch,
 ) -> Result<IntegerGridMap, IntegerGridError> {
-    let _stage = watch.stage("integer grid");
-    let mesh = surface.mesh();
-    options.check(mesh.vertex_count(), mesh.edge_count())?;
-    check_field(surface, field)?;
-    let (unit, similarity) = normalized(surface);
-    let net = Net::of(&unit, field, options, watch)?;
-    let (mut solved, densities) = net.dense(options.density, &similarity, watch)?;
-    let flips = solved.net.flipped().len();
-    {
-        let _stage = watch.stage("untangling");
-        solved.net.untangle(options.untangling_rounds, watch)?;
-    }
-    let report = net.report(&solved, &similarity, [densities, flips]);
-    report.warn(watch);
-    let map = net.grid_map(&solved)?;
-    Ok(IntegerGridMap { map, report })
+    let made = IntegerGrid::of(surface, field, options, watch)?.map(options.density, watch)?;
+    made.report.warn(watch);
+    Ok(made)
 }
+
+/// Everything about integer grid maps of a surface that does not depend on their density.
+pub struct IntegerGrid {
+    net: Net,
+    similarity: Similarity,
+    untangling_rounds: usize,
+}
+
+impl IntegerGrid {
+    /// Prepares maps along a cross field; the density of `options` plays no part.
+    ///
+    /// Cost: most of that of [`integer_grid_map`].
+    ///
+    /// # Errors
+    /// [`IntegerGridError`].
+    pub fn of(
+        surface: &Surface,
+        field: &CrossField,
+        options: &IntegerGridOptions,
+        watch: &Watch,
+    ) -> Result<Self, IntegerGridError> {
+        let _stage = watch.stage("integer grid");
+        let mesh = surface.mesh();
+        options.check(mesh.vertex_count(), mesh.edge_count())?;
+        check_field(surface, field)?;
+        let (unit, similarity) = normalized(surface);
+        Ok(Self {
+            net: Net::of(unit, field, options, watch)?,
+            similarity,
+            untangling_rounds: options.untangling_rounds,
+        })
+    }
+
+    /// The map of a density. What its report tells of is left to the caller to warn of.
+    ///
+    /// Where triangles stay flipped, lines are drawn closer together, and stay so for maps made
+    /// later.
+    ///
+    /// Cost: a handful of solutions with what is factored already, and the removal of flips.
+    ///
+    /// # Errors
+    /// [`IntegerGridError`].
+    pub fn map(
+        &mut self,
+        density: GridDensity,
+        watch: &Watch,
+    ) -> Result<IntegerGridMap, IntegerGridError> {
+        let _stage = watch.stage("integer grid map");
+        density.check()?;
+        let mut best: Option<IntegerGridMap> = None;
+        let mut in_vain = 0;
+        loop {
+            let settled = self.settle(density, watch)?;
+            let flips = |made: &IntegerGridMap| made.report.flips;
+            let is_better = |best: &IntegerGridMap| flips(&settled.made) < flips(best);
+            if best.as_ref().is_none_or(is_better) {
+                best = Some(settled.made);
+                in_vain = 0;
+            } else {
+                in_vain += 1;
+            }
+            let is_local = settled.flipped.len() <= most_flips_mended(&self.net.surface);
+            let may_go_on = is_local && self.net.denser_rounds < MOST_DENSER_ROUNDS;
+            if in_vain == MOST_IN_VAIN
+                || !may_go_on
+                || !self.net.densify(&settled.flipped, settled.density)?
+            {
+                break;
+            }
+        }
+        Ok(best.unwrap_or_else(|| unreachable!("a map was settled in the first round")))
+    }
+
+    fn settle(&self, density: GridDensity, watch: &Watch) -> Result<SettledMap, IntegerGridError> {
+        let (mut solved, densities) = self.net.dense(density, &self.similarity, watch)?;
+        let flips = solved.net.flipped().len();
+        {
+            let _stage = watch.stage("untangling");
+            solved.net.untangle(self.untangling_rounds, watch)?;
+        }
+        let report = self
+            .net
+            .report(&solved, &self.similarity, [densities, flips]);
+        let map = self.net.grid_map(&solved)?;
+        Ok(SettledMap {
+            made: IntegerGridMap { map, report },
+            flipped: solved.net.flipped(),
+            density: solved.density,
+        })
+    }
+}
+
+/// A map, where it is flipped, and the density that met the number of quads.
+struct SettledMap {
+    made: IntegerGridMap,
+    flipped: Vec<FaceId>,
+    density: f64,
+}
+
+/// Times that lines are drawn closer together, at most.
+const MOST_DENSER_ROUNDS: usize = 8;
+
+/// The most flipped triangles round which lines are drawn closer together. Where there are more,
+/// the density is too low for the whole surface, and each round would cost as much as the map.
+fn most_flips_mended(surface: &Surface) -> usize {
+    (surface.mesh().face_count() / 100).max(200)
+}
+
+/// Times in a row that this may leave as many triangles flipped.
+const MOST_IN_VAIN: usize = 2;
 
 fn check_field(surface: &Surface, field: &CrossField) -> Result<(), IntegerGridError> {
     let (given, needed) = (field.angles().len(), surface.mesh().vertex_count());
@@ -75,14 +175,17 @@ fn check_field(surface: &Surface, field: &CrossField) -> Result<(), IntegerGridE
     })
 }
 
-/// Everything that does not depend on the density.
-pub(super) struct Net<'a> {
-    surface: &'a Surface,
+/// The same, on a surface of unit extent.
+pub(super) struct Net {
+    surface: Surface,
     frames: FaceFrames,
     cut: Cut,
     alignment: Alignment,
     unknowns: Unknowns,
     energy: SideEnergy,
+    sizing: Sizing,
+    /// Times that lines were drawn closer together.
+    denser_rounds: usize,
     pub(super) solver: Solver,
     pub(super) rows: Vec<Form>,
     guard: Guard,
@@ -98,15 +201,15 @@ pub(super) struct Solved<'a> {
     pub(super) cells: f64,
 }
 
-impl<'a> Net<'a> {
+impl Net {
     pub(super) fn of(
-        surface: &'a Surface,
+        surface: Surface,
         field: &CrossField,
         options: &IntegerGridOptions,
         watch: &Watch,
     ) -> Result<Self, IntegerGridError> {
         let mesh = surface.mesh();
-        let triangulation = IntrinsicTriangulation::of(surface)?;
+        let triangulation = IntrinsicTriangulation::of(&surface)?;
         let wanted = wanted_edges(mesh, &options.features, options.align_boundary);
         let on_lines = ends_of(mesh, &wanted);
         let indices = wished_indices(mesh, &triangulation, &wanted);
@@ -114,9 +217,9 @@ impl<'a> Net<'a> {
             on_lines[vertex].then_some(indices[vertex])
         });
         let mut frames = FaceFrames::of(mesh, &triangulation, field, &wished);
-        let forest = DualForest::of(mesh);
+        let forest = DualForest::of(mesh, &marked_edges(mesh, &wanted));
         frames.straighten(mesh, &forest);
-        check_turns(surface, &frames)?;
+        check_turns(&surface, &frames)?;
         let cut = Cut::of(mesh, &forest, &frames.steps);
         let alignment = Alignment::of(mesh, &triangulation, &frames, &wanted);
         alignment.snap(mesh, &triangulation, &mut frames);
@@ -140,6 +243,8 @@ impl<'a> Net<'a> {
         let solver = Solver::new(parts, (&rows, parameters), watch)?;
         let guard = Guard::new(&separations(mesh, &unknowns, &energy), &rows, parameters);
         Ok(Self {
+            sizing: Sizing::as_asked(surface.mesh(), &energy),
+            denser_rounds: 0,
             surface,
             frames,
             cut,
@@ -152,6 +257,26 @@ impl<'a> Net<'a> {
             parameters,
             field_singularities,
         })
+    }
+
+    /// Draws lines closer together round triangles; tells whether there is any place for that.
+    fn densify(&mut self, faces: &[FaceId], density: f64) -> Result<bool, IntegerGridError> {
+        let mesh = self.surface.mesh();
+        if !self.sizing.raise_at(mesh, faces, density) {
+            return Ok(false);
+        }
+        self.denser_rounds += 1;
+        self.energy.wishes = self.sizing.wishes(mesh);
+        let found = separations(mesh, &self.unknowns, &self.energy);
+        self.guard = Guard::new(&found, &self.rows, self.parameters);
+        let parts = Parts {
+            mesh,
+            positions: self.surface.positions(),
+            unknowns: &self.unknowns,
+            energy: &self.energy,
+        };
+        self.solver.wish(parts, (&self.rows, self.parameters))?;
+        Ok(true)
     }
 
     #[cfg(test)]
@@ -170,7 +295,7 @@ impl<'a> Net<'a> {
         density: GridDensity,
         similarity: &Similarity,
         watch: &Watch,
-    ) -> Result<(Solved<'a>, usize), IntegerGridError> {
+    ) -> Result<(Solved<'_>, usize), IntegerGridError> {
         match density {
             GridDensity::EdgeLength(length) => {
                 let length = libm::ldexp(length, similarity.exponent());
@@ -185,10 +310,10 @@ impl<'a> Net<'a> {
         &self,
         wanted: f64,
         watch: &Watch,
-    ) -> Result<(Solved<'a>, usize), IntegerGridError> {
+    ) -> Result<(Solved<'_>, usize), IntegerGridError> {
         let mut density = (wanted / self.wished_area()).sqrt();
-        let mut best: Option<Solved<'a>> = None;
-        let off = |solved: &Solved<'a>| (solved.cells / wanted - 1.0).abs();
+        let mut best: Option<Solved<'_>> = None;
+        let off = |solved: &Solved<'_>| (solved.cells / wanted - 1.0).abs();
         for tried in 1..=MOST_DENSITIES {
             let solved = self.solve(density, watch)?;
             let ratio = (wanted / solved.cells.max(wanted / 16.0)).sqrt();
@@ -219,7 +344,7 @@ impl<'a> Net<'a> {
         &self,
         density: f64,
         watch: &Watch,
-    ) -> Result<Solved<'a>, IntegerGridError> {
+    ) -> Result<Solved<'_>, IntegerGridError> {
         let (wholes, reals) = self.solver.at(density, &self.rows, &self.guard, watch)?;
         watch.check()?;
         let net = self.settled(density, &reals, &wholes);
@@ -233,7 +358,7 @@ impl<'a> Net<'a> {
         })
     }
 
-    fn settled(&self, density: f64, reals: &[f64], wholes: &[i64]) -> SettledNet<'a> {
+    fn settled(&self, density: f64, reals: &[f64], wholes: &[i64]) -> SettledNet<'_> {
         let mesh = self.surface.mesh();
         let place = |vertex: VertexId| {
             let [x, y] = self.unknowns.slots[vertex].map(|slot| match slot {
@@ -315,6 +440,7 @@ impl<'a> Net<'a> {
             flips_before,
             flips: solved.net.flipped().len(),
             released_vertices: solved.net.released,
+            denser_rounds: self.denser_rounds,
             densities,
         }
     }

@@ -1,5 +1,7 @@
 //! The normal equations of a net with real and whole unknowns, factored once for all densities.
 
+use std::convert::Infallible;
+
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, Par};
 
@@ -8,7 +10,7 @@ use super::energy::NormalEquations;
 use super::form::Form;
 use super::solver::Parts;
 use super::unknowns::{Slot, turned};
-use crate::solve::{Cholesky, Graph, Ordering, Pattern, SolveError, SymmetricMatrix};
+use crate::solve::{Cholesky, Graph, Ordering, Pattern, SolveError};
 
 /// The most entries off the diagonal: 1.6 GB. Six million triangles have so many.
 const MOST_ENTRIES: usize = 1 << 26;
@@ -39,10 +41,7 @@ impl NetSystem {
     /// energy stands in the factor.
     pub(super) fn new(parts: Parts<'_>) -> Result<Self, IntegerGridError> {
         let reals = parts.unknowns.reals;
-        let whole = |column, factor, terms: &mut Vec<(u32, f64)>| {
-            terms.push((reals as u32 + column, factor));
-        };
-        let (matrix, loads) = assemble(parts, reals + parts.unknowns.wholes, whole)?;
+        let (matrix, loads) = normal_equations(parts, reals + parts.unknowns.wholes)?.finish()?;
         let ordering = ordering(parts, matrix.lower().pattern());
         let factor = Cholesky::new(&matrix, &ordering)?;
         let wholes: Vec<u32> = (reals as u32..loads.len() as u32).collect();
@@ -70,16 +69,30 @@ impl NetSystem {
                 }
             }
         }
-        let relaxed = self.block_transposed_times(&self.relaxed[self.reals..]);
         let mut matrix = Mat::<f64>::zeros(parameters, parameters);
         let (left, right) = (half.transpose(), half.as_ref());
         matmul(matrix.as_mut(), Accum::Replace, left, right, 1.0, Par::Seq);
-        let load = |column: usize| {
-            let entries = half.col_as_slice(column).iter().zip(&relaxed);
-            entries.map(|(entry, value)| entry * value).sum()
-        };
-        let loads = (0..parameters).map(load).collect();
+        let loads = self.parameter_loads(rows, parameters);
         WholeEnergy { matrix, loads }
+    }
+
+    /// The right-hand side over the parameters.
+    pub(super) fn parameter_loads(&self, rows: &[Form], parameters: usize) -> Vec<f64> {
+        let mut loads = vec![0.0; parameters];
+        let on_wholes = self.complement_times(&self.relaxed[self.reals..]);
+        for (form, load) in rows.iter().zip(on_wholes) {
+            for &(column, value) in form.terms() {
+                loads[column as usize] += value as f64 * load;
+            }
+        }
+        loads
+    }
+
+    /// Takes over other wishes; the matrix stays.
+    pub(super) fn wish(&mut self, parts: Parts<'_>) -> Result<(), SolveError> {
+        self.loads = right_side(parts, self.loads.len());
+        self.relaxed = self.factor.solve(&self.loads)?.values;
+        Ok(())
     }
 
     fn block_rows(&self) -> impl Iterator<Item = &[f64]> {
@@ -87,14 +100,19 @@ impl NetSystem {
         self.last_block.chunks_exact(wholes.max(1))
     }
 
-    fn block_transposed_times(&self, values: &[f64]) -> Vec<f64> {
-        let mut product = vec![0.0; values.len()];
+    /// The energy's matrix over the whole unknowns times a vector.
+    fn complement_times(&self, values: &[f64]) -> Vec<f64> {
+        let mut half = vec![0.0; values.len()];
         for (row, (entries, value)) in self.block_rows().zip(values).enumerate() {
-            for (sum, entry) in product[..=row].iter_mut().zip(entries) {
+            for (sum, entry) in half[..=row].iter_mut().zip(entries) {
                 *sum += entry * value;
             }
         }
-        product
+        let product = |(row, entries): (usize, &[f64])| {
+            let terms = entries[..=row].iter().zip(&half);
+            terms.map(|(entry, value)| entry * value).sum()
+        };
+        self.block_rows().enumerate().map(product).collect()
     }
 
     /// The best real unknowns for given whole ones, at a density.
@@ -106,14 +124,9 @@ impl NetSystem {
             .map(|(&whole, &value)| whole as f64 - density * value)
             .collect();
         // The load on the whole unknowns that moves their solution to the given values.
-        let half = self.block_transposed_times(&off);
-        for (row, (load, entries)) in loads[self.reals..]
-            .iter_mut()
-            .zip(self.block_rows())
-            .enumerate()
-        {
-            let terms = entries[..=row].iter().zip(&half);
-            *load += terms.map(|(entry, value)| entry * value).sum::<f64>();
+        let moving = self.complement_times(&off);
+        for (load, more) in loads[self.reals..].iter_mut().zip(moving) {
+            *load += more;
         }
         let mut values = self.factor.solve(&loads)?.values;
         values.truncate(self.reals);
@@ -121,20 +134,46 @@ impl NetSystem {
     }
 }
 
-/// The normal equations over the real unknowns and, after them, whatever `whole` makes of a multiple
-/// of a whole unknown.
-pub(super) fn assemble(
+/// The normal equations over `count` unknowns: the real ones, after them the whole ones, and more.
+pub(super) fn normal_equations(
     parts: Parts<'_>,
     count: usize,
-    whole: impl Fn(u32, f64, &mut Vec<(u32, f64)>),
-) -> Result<(SymmetricMatrix, Vec<f64>), IntegerGridError> {
+) -> Result<NormalEquations, IntegerGridError> {
+    let mut equations = NormalEquations::new(count);
+    for_each_square(parts, |weight, terms, wish| {
+        equations.add(weight, terms.iter().copied(), wish);
+        equations.check_size(MOST_ENTRIES)
+    })?;
+    Ok(equations)
+}
+
+/// Their right-hand side alone.
+pub(super) fn right_side(parts: Parts<'_>, count: usize) -> Vec<f64> {
+    let mut loads = vec![0.0; count];
+    let added = for_each_square(parts, |weight, terms, wish| {
+        for &(column, factor) in terms {
+            loads[column as usize] += weight * factor * wish;
+        }
+        Ok::<(), Infallible>(())
+    });
+    match added {
+        Ok(()) => loads,
+    }
+}
+
+/// Calls with weight, terms and wish of each square `weight (Σ factor unknown - wish)²` of the
+/// energy.
+fn for_each_square<E>(
+    parts: Parts<'_>,
+    mut call: impl FnMut(f64, &[(u32, f64)], f64) -> Result<(), E>,
+) -> Result<(), E> {
     let Parts {
         mesh,
         unknowns,
         energy,
         ..
     } = parts;
-    let mut equations = NormalEquations::new(count);
+    let first_whole = unknowns.reals as u32;
     let mut terms = Vec::new();
     for halfedge in mesh.halfedges() {
         for coordinate in 0..2 {
@@ -144,23 +183,23 @@ pub(super) fn assemble(
                 match slot {
                     Slot::Real(column) => terms.push((column, (sign * factor) as f64)),
                     Slot::Whole(sum) => {
-                        for &(column, more) in unknowns.sums[sum as usize].terms() {
-                            whole(column, (sign * factor * more) as f64, &mut terms);
-                        }
+                        let whole = unknowns.sums[sum as usize].terms().iter();
+                        terms.extend(whole.map(|&(column, more)| {
+                            (first_whole + column, (sign * factor * more) as f64)
+                        }));
                     }
                 }
                 for shift in &unknowns.jumps[corner].shifts {
                     let (which, sign) = turned(shift.turn, coordinate);
-                    let column = 2 * shift.chain + which as u32;
-                    whole(column, (sign * factor) as f64, &mut terms);
+                    let column = first_whole + 2 * shift.chain + which as u32;
+                    terms.push((column, (sign * factor) as f64));
                 }
             }
             let wish = energy.wishes[halfedge][coordinate];
-            equations.add(energy.weights[halfedge], terms.iter().copied(), wish);
-            equations.check_size(MOST_ENTRIES)?;
+            call(energy.weights[halfedge], &terms, wish)?;
         }
     }
-    Ok(equations.finish()?)
+    Ok(())
 }
 
 /// Real unknowns as a mesh wants it, then the whole ones.

@@ -15,7 +15,7 @@ use super::stage::{Net, check_turns};
 use super::*;
 use crate::field::{CrossField, FieldOptions, Symmetry, cross_field, feature_edges};
 use crate::geometry::{IntrinsicTriangulation, vertex_frames};
-use crate::mesh::{FaceId, HalfedgeId, PerCorner, PerFace, PerVertex, Surface, VertexId};
+use crate::mesh::{FaceId, HalfedgeId, PerCorner, PerEdge, PerFace, PerVertex, Surface, VertexId};
 use crate::periodic::{GridMap, QuarterTurn, Transition};
 use crate::watch::Watch;
 
@@ -212,12 +212,33 @@ fn batches_of_whole_numbers_make_a_map_as_well() {
         .unwrap()
         .field;
     let options = options(GridDensity::Quads(600));
-    let mut net = Net::of(&sphere, &field, &options, &Watch::new()).unwrap();
+    let mut net = Net::of(sphere, &field, &options, &Watch::new()).unwrap();
     let dense = net.solve(20.0, &Watch::new()).unwrap();
+    let [cells, error] = [dense.cells, net.gradient_error(&dense)];
     net.solver = Solver::in_batches(net.parts(), (&net.rows, net.parameters)).unwrap();
     let batched = net.solve(20.0, &Watch::new()).unwrap();
-    assert!((batched.cells / dense.cells - 1.0).abs() < 0.05);
-    assert!(net.gradient_error(&batched) < 1.5 * net.gradient_error(&dense));
+    assert!((batched.cells / cells - 1.0).abs() < 0.05);
+    assert!(net.gradient_error(&batched) < 1.5 * error);
+}
+
+#[test]
+fn one_preparation_serves_every_density() {
+    let sphere = surface(icosphere(3));
+    let field = cross_field(&sphere, &FieldOptions::default(), &Watch::new())
+        .unwrap()
+        .field;
+    let mut grid = IntegerGrid::of(
+        &sphere,
+        &field,
+        &IntegerGridOptions::default(),
+        &Watch::new(),
+    )
+    .unwrap();
+    for quads in [2000, 300] {
+        let density = GridDensity::Quads(quads);
+        let made = grid.map(density, &Watch::new()).unwrap();
+        assert_eq!(made, map_of(&sphere, &field, &options(density)));
+    }
 }
 
 #[test]
@@ -258,7 +279,7 @@ fn singular_vertices_add_up_for_any_field() {
             let mut frames = FaceFrames::of(mesh, &triangulation, &field, &wished);
             assert_eq!(frames.steps.iter().sum::<i32>(), 4 * euler);
             check_turns(&surface, &frames).unwrap();
-            let forest = DualForest::of(mesh);
+            let forest = DualForest::of(mesh, &PerEdge::filled(mesh.edge_count(), false));
             frames.straighten(mesh, &forest);
             check_turns(&surface, &frames).unwrap();
             for &(_, entered) in &forest.order {

@@ -65,7 +65,11 @@ impl SettledNet<'_> {
     /// what lies on the rim stays. A neighbourhood that does not end with fewer flips is put back.
     ///
     /// Where triangles stay flipped, their vertices are let go of the lines that they lie on.
+    ///
+    /// Small neighbourhoods come first. Where the net as a whole cannot do without flips, as on
+    /// parts thinner than a cell, effort ends at [`MOST_EFFORT`] visits of each triangle.
     pub(super) fn untangle(&mut self, rounds: usize, watch: &Watch) -> Result<(), Stopped> {
+        let mut effort = MOST_EFFORT * self.mesh.face_count();
         for round in 0..rounds {
             let flipped = self.flipped();
             if flipped.is_empty() {
@@ -74,9 +78,11 @@ impl SettledNet<'_> {
             if round >= rounds.div_ceil(2) {
                 self.release(&flipped);
             }
-            for patch in self.patches(&flipped, round + 2) {
+            let mut patches = self.patches(&flipped, round + 2);
+            patches.sort_by_key(Vec::len);
+            for patch in patches {
                 watch.check()?;
-                self.relax(&patch);
+                self.relax(&patch, &mut effort);
             }
         }
         Ok(())
@@ -133,11 +139,17 @@ impl SettledNet<'_> {
         patches
     }
 
-    fn relax(&mut self, patch: &[FaceId]) {
+    /// Rearranges a neighbourhood, as far as `effort` lasts.
+    fn relax(&mut self, patch: &[FaceId], effort: &mut usize) {
         let problem = PatchProblem::new(self, patch);
         let before = problem.flips_at(&problem.start());
         let mut point = problem.start();
+        let cost = Descent::default().steps() * patch.len();
         for _ in 0..MOST_REGULARISATIONS {
+            if *effort < cost {
+                break;
+            }
+            *effort -= cost;
             let least = problem.least_stretch(&point);
             let smoothing = SMOOTHING * least.min(0.0);
             let regularised = Regularised {
@@ -158,6 +170,11 @@ impl SettledNet<'_> {
         }
     }
 }
+
+/// Visits of each triangle of the surface, in the mean, in the search for places without flips.
+///
+/// Surfaces on which all flips go take a few dozen.
+const MOST_EFFORT: usize = 600;
 
 /// Times that the regularisation is made weaker.
 const MOST_REGULARISATIONS: usize = 25;
