@@ -24,7 +24,7 @@ use super::shape::{Ground, Net, Place, Run, ShapeOptions, quality};
 use crate::geometry::slide_towards;
 use crate::measure::scaled_jacobian;
 use crate::mesh::{EdgeId, Polygons, Surface};
-use crate::tolerance::{MENDED_QUAD, POOR_QUAD};
+use crate::tolerance::{FLAT_CORNER, MENDED_QUAD, POOR_QUAD};
 use crate::watch::{Stopped, Watch};
 
 /// Times that all poor polygons are looked at.
@@ -33,12 +33,31 @@ const ROUNDS: usize = 4;
 /// Polygons around a patch whose vertices move with it.
 const RINGS: usize = 2;
 
-/// Candidates for one polygon whose vertices are moved to see what becomes of them: those that
-/// promise most as they are.
-const TRIALS: usize = 10;
+/// How much is tried for one polygon.
+#[derive(Clone, Copy)]
+struct Effort {
+    /// Polygons below this quality are worked on.
+    below: f64,
+    /// Candidates whose vertices are moved to see what becomes of them: those that promise most as
+    /// they are.
+    trials: usize,
+    /// Rounds of work on the poor polygons of a trial.
+    raising_rounds: usize,
+}
 
-/// Rounds of work on the poor polygons of a trial.
-const RAISING_ROUNDS: usize = 1;
+/// A light effort for all poor polygons, then all that can be done for those that are inverted.
+const EFFORTS: [Effort; 2] = [
+    Effort {
+        below: MENDED_QUAD,
+        trials: 10,
+        raising_rounds: 1,
+    },
+    Effort {
+        below: FLAT_CORNER,
+        trials: 40,
+        raising_rounds: 4,
+    },
+];
 
 /// Times that each vertex of a trial is moved at most before that.
 const SWEEPS: usize = 4;
@@ -84,31 +103,14 @@ pub fn mend(
         ground: &ground,
         watch,
     };
-    let mut poor = mender.poor();
     let mut report = MendReport {
-        poor_before: poor.len(),
+        poor_before: mender.poor(MENDED_QUAD).len(),
         ..MendReport::default()
     };
-    // What failed once would most likely fail again.
-    let mut failed = HashSet::new();
-    for _ in 0..ROUNDS {
-        let before = report.patches;
-        for &polygon in &poor {
-            watch.check()?;
-            if !failed.contains(&polygon) {
-                let mended = mender.mend(polygon)?;
-                report.patches += usize::from(mended);
-                if !mended {
-                    failed.insert(polygon);
-                }
-            }
-        }
-        poor = mender.poor();
-        if report.patches == before {
-            break;
-        }
+    for effort in EFFORTS {
+        report.patches += mender.work(effort)?;
     }
-    report.poor_after = poor.len();
+    report.poor_after = mender.poor(MENDED_QUAD).len();
     if report.patches > 0 {
         mender.quilt.write_to(mesh, surface);
     }
@@ -140,11 +142,36 @@ struct Trial {
 }
 
 impl Mender<'_> {
-    /// The polygons of poor shape, the worst first.
-    fn poor(&self) -> Vec<u32> {
+    /// Mends what it can with some effort; returns the number of patches that were cut anew.
+    fn work(&mut self, effort: Effort) -> Result<usize, Stopped> {
+        // What failed once would most likely fail again.
+        let mut failed = HashSet::new();
+        let mut patches = 0;
+        for _ in 0..ROUNDS {
+            let before = patches;
+            for polygon in self.poor(effort.below) {
+                self.watch.check()?;
+                if failed.contains(&polygon) {
+                    continue;
+                }
+                if self.mend(polygon, effort)? {
+                    patches += 1;
+                } else {
+                    failed.insert(polygon);
+                }
+            }
+            if patches == before {
+                break;
+            }
+        }
+        Ok(patches)
+    }
+
+    /// The polygons below a quality, the worst first.
+    fn poor(&self, below: f64) -> Vec<u32> {
         let mut poor: Vec<(f64, u32)> = (0..self.quilt.polygon_count() as u32)
             .map(|polygon| (self.quality(polygon), polygon))
-            .filter(|&(quality, _)| quality < MENDED_QUAD)
+            .filter(|&(quality, _)| quality < below)
             .collect();
         poor.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         poor.into_iter().map(|(_, polygon)| polygon).collect()
@@ -162,8 +189,8 @@ impl Mender<'_> {
     }
 
     /// Takes the best change of a patch with the polygon in it, if there is a good one.
-    fn mend(&mut self, polygon: u32) -> Result<bool, Stopped> {
-        if self.quality(polygon) >= MENDED_QUAD {
+    fn mend(&mut self, polygon: u32, effort: Effort) -> Result<bool, Stopped> {
+        if self.quality(polygon) >= effort.below {
             return Ok(false);
         }
         let patches = Patch::around(&self.quilt, polygon);
@@ -176,12 +203,12 @@ impl Mender<'_> {
             .collect();
         ideas.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut best: Option<(f64, &Patch, Trial)> = None;
-        for (_, patch, candidate) in ideas.into_iter().take(TRIALS) {
+        for (_, patch, candidate) in ideas.into_iter().take(effort.trials) {
             let around = patch.surroundings(&self.quilt, RINGS);
             let before: f64 = (patch.polygons.iter().chain(&around))
                 .map(|&polygon| lack(self.quality(polygon)))
                 .sum();
-            let trial = self.tried(patch, &around, candidate)?;
+            let trial = self.tried(patch, &around, candidate, effort)?;
             let gain = before - trial.lack;
             let least = best.as_ref().map_or(WORTH_A_CHANGE, |(gain, ..)| *gain);
             let is_enough = trial.lack == 0.0;
@@ -212,7 +239,13 @@ impl Mender<'_> {
     }
 
     /// Puts a candidate in, as far as its neighbourhood, and moves its vertices.
-    fn tried(&self, patch: &Patch, around: &[u32], candidate: Candidate) -> Result<Trial, Stopped> {
+    fn tried(
+        &self,
+        patch: &Patch,
+        around: &[u32],
+        candidate: Candidate,
+        effort: Effort,
+    ) -> Result<Trial, Stopped> {
         let quilt = &self.quilt;
         let outer = around.iter().map(|&polygon| quilt.vertices(polygon));
         let all = || {
@@ -259,7 +292,7 @@ impl Mender<'_> {
             ..ShapeOptions::default()
         };
         let mut run = Run::new(self.ground, &net, &origins, options, is_held);
-        run.settle(RAISING_ROUNDS, self.watch)?;
+        run.settle(effort.raising_rounds, self.watch)?;
         let lack = run.qualities().map(lack).sum();
         let places = run.origins().map(|origin| self.ground.place(origin));
         let moved = vertices.iter().copied().zip(places).collect();
