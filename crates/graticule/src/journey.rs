@@ -35,7 +35,7 @@
 //!
 //! // The lines with whole coordinates bound polygons; those that are no quads are cut.
 //! let found = extract_polygons(surface, &net.map, None, &watch)?;
-//! let (mesh, cut) = pure_quads(&found.mesh, surface);
+//! let (mesh, cut) = pure_quads(&found.mesh, surface, &[]);
 //! assert_eq!((mesh.quad_count(), cut.polygons_cut), (mesh.polygons.len(), 0));
 //!
 //! // Vertices find their places on the surface, and attributes of the file go over.

@@ -251,6 +251,14 @@ pub const LINE_CORNER_COSINE: f64 = std::f64::consts::FRAC_1_SQRT_2;
 /// vertex by vertex: what solvers ask of quads at least.
 pub const POOR_QUAD: f64 = 0.3;
 
+/// Scaled Jacobian below which the polygons around a quad are cut anew when moving vertices did not
+/// help: solvers take a quad of 0.2, and every change costs irregular vertices.
+pub const MENDED_QUAD: f64 = 0.2;
+
+/// Length of an arc, over the side of a cell, up to which it is contracted to a feature or to the
+/// boundary: what stays on either side of the line is larger than what went.
+pub const SNAP_TO_LINE: f64 = 0.4;
+
 /// Scaled Jacobian below which the worst corner of a quad counts more than the mean.
 pub const FAIR_QUAD: f64 = 0.6;
 

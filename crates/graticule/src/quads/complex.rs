@@ -121,9 +121,9 @@ impl Complex {
         })
     }
 
-    /// The number of sides of the cell to the left.
+    /// The number of sides of the cell to the left, up to 5: nothing depends on more.
     pub(super) fn side_count(&self, dart: u32) -> usize {
-        self.around_cell(dart).count()
+        self.around_cell(dart).take(5).count()
     }
 
     /// The overlay's nodes inside an arc, in the direction of its even dart.

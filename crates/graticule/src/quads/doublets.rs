@@ -9,7 +9,7 @@ use crate::mesh::Polygons;
 pub(super) fn remove_doublets(mesh: &mut PolygonMesh) -> usize {
     let before = mesh.positions.len();
     loop {
-        let fixed = fixed_vertices(mesh);
+        let fixed = vertices_on_lines(&mesh.polygons, &mesh.feature_edges, mesh.positions.len());
         let (joined, polygons) = join_once(&mesh.polygons, &fixed);
         if joined == 0 {
             break;
@@ -20,16 +20,20 @@ pub(super) fn remove_doublets(mesh: &mut PolygonMesh) -> usize {
     before - mesh.positions.len()
 }
 
-/// The vertices on the boundary and on features.
-fn fixed_vertices(mesh: &PolygonMesh) -> Vec<bool> {
-    let mut fixed = vec![false; mesh.positions.len()];
-    for &vertex in mesh.feature_edges.as_flattened() {
+/// Which of `count` vertices are on the boundary of the polygons or on features.
+pub(super) fn vertices_on_lines(
+    polygons: &Polygons,
+    feature_edges: &[[u32; 2]],
+    count: usize,
+) -> Vec<bool> {
+    let mut fixed = vec![false; count];
+    for &vertex in feature_edges.as_flattened() {
         fixed[vertex as usize] = true;
     }
-    let sides = Sides::of(&mesh.polygons);
-    for polygon in 0..mesh.polygons.len() {
-        let vertices = mesh.polygons.vertices(polygon);
-        for (index, side) in mesh.polygons.corner_range(polygon).enumerate() {
+    let sides = Sides::of(polygons);
+    for polygon in 0..polygons.len() {
+        let vertices = polygons.vertices(polygon);
+        for (index, side) in polygons.corner_range(polygon).enumerate() {
             if sides.is_border(side as u32) {
                 fixed[vertices[index] as usize] = true;
                 fixed[vertices[(index + 1) % vertices.len()] as usize] = true;
@@ -84,7 +88,7 @@ fn join_once(old: &Polygons, fixed: &[bool]) -> (usize, Polygons) {
 }
 
 /// Drops vertices that no polygon has, and numbers the others anew in their order.
-fn drop_unused(mesh: &mut PolygonMesh) {
+pub(super) fn drop_unused(mesh: &mut PolygonMesh) {
     let mut numbers = vec![NONE; mesh.positions.len()];
     for &vertex in mesh.polygons.corner_vertices() {
         numbers[vertex as usize] = 0;

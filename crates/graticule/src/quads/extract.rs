@@ -3,7 +3,7 @@ use super::cells::Cells;
 use super::complex::Complex;
 use super::overlay::{ArcKind, NONE, Overlay, arc};
 use super::polygon_mesh::PolygonMesh;
-use super::regular::{make_distinct, make_regular};
+use super::regular::{Contracted, make_distinct, make_regular};
 use crate::geometry::{face_areas, face_shapes};
 use crate::mesh::{PerEdge, Polygons, Surface};
 use crate::periodic::GridMap;
@@ -22,6 +22,8 @@ pub struct Extraction {
     pub split_cells: usize,
     /// Arcs between images of the same lattice point, where the map folds, that were contracted.
     pub folds: usize,
+    /// Short arcs to or along features and the boundary that were contracted.
+    pub snapped: usize,
 }
 
 /// Reads the polygon mesh off the lines of a map ([PGP06] §5 and Algorithm 2, by combinatorics alone).
@@ -34,7 +36,8 @@ pub struct Extraction {
 /// - lines that end inside a cell, beside triangles left out, are taken back to the last crossing;
 /// - cells that are no disks, touch themselves, or stand out of the net by more than their width are
 ///   cut along edges of the triangles;
-/// - where the map folds, the images of one lattice point become one vertex.
+/// - where the map folds, the images of one lattice point become one vertex;
+/// - crossings of lines close to a feature or the boundary that no line follows are drawn onto it.
 ///
 /// The boundary, and edges marked in `features`, become chains of edges.
 ///
@@ -57,15 +60,16 @@ pub fn extract_polygons(
     }
     let _stage = watch.stage("extraction");
     let mut overlay = Overlay::of(surface, map, features, watch)?;
-    let cells = Cells::settle(&mut overlay, usual_cell_area(surface, map), watch)?;
+    let cell_area = usual_cell_area(surface, map);
+    let cells = Cells::settle(&mut overlay, cell_area, watch)?;
     let mut complex = Complex::of(&overlay, &cells);
-    let mut folds = make_regular(&mut complex, &overlay);
+    let mut contracted = make_regular(&mut complex, &overlay, cell_area.sqrt());
     let mut mesh = polygons(&complex, &overlay);
     if mesh.check(surface).is_err() {
         let message =
             "the map folds so that vertices could not be joined; polygons are left as cut";
         watch.warn("folds-kept", message);
-        folds = 0;
+        contracted = Contracted::default();
         complex = Complex::of(&overlay, &cells);
         make_distinct(&mut complex);
         mesh = polygons(&complex, &overlay);
@@ -75,7 +79,8 @@ pub fn extract_polygons(
         mesh,
         pruned_pieces: cells.pruned,
         split_cells: cells.split,
-        folds,
+        folds: contracted.folds,
+        snapped: contracted.snapped,
     })
 }
 

@@ -1,13 +1,16 @@
-use std::collections::HashSet;
+use std::collections::{BTreeMap, HashSet};
 
 use glam::DVec3;
 
-use super::doublets::remove_doublets;
-use super::partition::{Partition, ordered};
+use super::doublets::{remove_doublets, vertices_on_lines};
+use super::partition::{MIDDLE, Partition, Pieces, WEIGHED_CORNERS, halves, ordered};
 use super::polygon_mesh::PolygonMesh;
-use super::sides::Sides;
-use crate::geometry::TriangleTree;
-use crate::mesh::{Polygons, Surface, SurfacePoint};
+use super::sides::Parity;
+use crate::geometry::{TriangleTree, closest_on_segment};
+use crate::mesh::{EdgeId, HalfedgeId, Polygons, Surface, SurfacePoint};
+
+/// Cost of pieces from which on a vertex in the middle is tried: that of a flat corner.
+const WORTH_A_MIDDLE: f64 = 1.0;
 
 /// What was done to make quads of other polygons.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
@@ -28,7 +31,7 @@ pub struct CutReport {
 /// [PGP06]: crate::papers::PGP06
 #[must_use]
 pub fn quad_dominant(mesh: &PolygonMesh, surface: &Surface) -> (PolygonMesh, CutReport) {
-    let mut cutter = Cutter::new(mesh.clone(), surface);
+    let mut cutter = Cutter::new(mesh.clone(), surface, &[]);
     cutter.cut();
     cutter.report.doublets = remove_doublets(&mut cutter.mesh);
     (cutter.mesh, cutter.report)
@@ -38,10 +41,16 @@ pub fn quad_dominant(mesh: &PolygonMesh, surface: &Surface) -> (PolygonMesh, Cut
 /// chains of edges, each of which gets a vertex in its middle, so that all become even; even ones
 /// are cut into quads.
 ///
-/// On a surface with boundary a chain may end there. Only polygons along chains change.
+/// On a surface with boundary a chain may end there. Only polygons along chains change. Chains
+/// keep off features and the boundary where they can, whose vertices stay straight; a vertex that
+/// such an edge gets lies on the boundary of the surface or on one of its edges in `features`.
 #[must_use]
-pub fn pure_quads(mesh: &PolygonMesh, surface: &Surface) -> (PolygonMesh, CutReport) {
-    let mut cutter = Cutter::new(mesh.clone(), surface);
+pub fn pure_quads(
+    mesh: &PolygonMesh,
+    surface: &Surface,
+    features: &[EdgeId],
+) -> (PolygonMesh, CutReport) {
+    let mut cutter = Cutter::new(mesh.clone(), surface, features);
     cutter.make_even();
     cutter.cut();
     cutter.report.doublets = remove_doublets(&mut cutter.mesh);
@@ -52,14 +61,23 @@ pub fn pure_quads(mesh: &PolygonMesh, surface: &Surface) -> (PolygonMesh, CutRep
 struct Cutter<'a> {
     mesh: PolygonMesh,
     surface: &'a Surface,
+    /// A halfedge of each edge of the surface on a feature or on the boundary.
+    lines: Vec<HalfedgeId>,
     tree: Option<TriangleTree>,
     report: CutReport,
 }
 
 impl<'a> Cutter<'a> {
-    fn new(mesh: PolygonMesh, surface: &'a Surface) -> Self {
+    fn new(mesh: PolygonMesh, surface: &'a Surface, features: &[EdgeId]) -> Self {
+        let triangles = surface.mesh();
+        let border = triangles
+            .edges()
+            .filter(|&edge| triangles.is_boundary_edge(edge));
         Self {
             mesh,
+            lines: (features.iter().copied().chain(border))
+                .map(|edge| triangles.edge_halfedge(edge))
+                .collect(),
             surface,
             tree: None,
             report: CutReport::default(),
@@ -73,6 +91,32 @@ impl<'a> Cutter<'a> {
             face: crate::mesh::FaceId(0),
             barycentric: [1.0, 0.0, 0.0],
         });
+        self.add_origin(origin)
+    }
+
+    /// Adds a vertex at the point of a line of the surface nearest to this one.
+    fn add_vertex_on_line(&mut self, place: DVec3) -> u32 {
+        let surface = self.surface;
+        let nearest = (self.lines.iter())
+            .map(|&halfedge| {
+                let [from, to] = surface.mesh().ends(halfedge).map(|v| surface.position(v));
+                let share = closest_on_segment([from, to], place);
+                (
+                    from.lerp(to, share).distance_squared(place),
+                    halfedge,
+                    share,
+                )
+            })
+            .min_by(|a, b| a.0.total_cmp(&b.0));
+        match nearest {
+            Some((_, halfedge, share)) => {
+                self.add_origin(SurfacePoint::on_halfedge(halfedge, share))
+            }
+            None => self.add_vertex(place),
+        }
+    }
+
+    fn add_origin(&mut self, origin: SurfacePoint) -> u32 {
         self.mesh.positions.push(origin.position(self.surface));
         self.mesh.origins.push(origin);
         self.mesh.positions.len() as u32 - 1
@@ -80,8 +124,14 @@ impl<'a> Cutter<'a> {
 
     fn make_even(&mut self) {
         let old = std::mem::take(&mut self.mesh.polygons);
-        let split = Sides::of(&old).to_split(&old);
-        let mut middles = std::collections::BTreeMap::new();
+        let features = std::mem::take(&mut self.mesh.feature_edges);
+        let is_feature = |[a, b]: [u32; 2]| features.binary_search(&ordered(a, b)).is_ok();
+        let parity = Parity::new(&old, is_feature);
+        let is_line: Vec<bool> = (0..old.corner_count())
+            .map(|side| parity.is_line(side))
+            .collect();
+        let split = parity.to_split();
+        let mut middles = BTreeMap::new();
         let mut vertices = Vec::new();
         for polygon in 0..old.len() {
             vertices.clear();
@@ -90,13 +140,10 @@ impl<'a> Cutter<'a> {
                 let (from, to) = (corners[index], corners[(index + 1) % corners.len()]);
                 vertices.push(from);
                 if split[side] {
-                    let known = middles.get(&ordered(from, to)).copied();
-                    vertices.push(known.unwrap_or_else(|| {
-                        let ends = [from, to].map(|v| self.mesh.positions[v as usize]);
-                        let middle = self.add_vertex((ends[0] + ends[1]) / 2.0);
-                        middles.insert(ordered(from, to), middle);
-                        middle
-                    }));
+                    let middle = *middles
+                        .entry(ordered(from, to))
+                        .or_insert_with(|| self.add_middle([from, to], is_line[side]));
+                    vertices.push(middle);
                 }
             }
             self.mesh.polygons.push(&vertices);
@@ -106,9 +153,19 @@ impl<'a> Cutter<'a> {
             Some(&middle) => vec![ordered(edge[0], middle), ordered(edge[1], middle)],
             None => vec![edge],
         };
-        let edges = std::mem::take(&mut self.mesh.feature_edges);
-        self.mesh.feature_edges = edges.into_iter().flat_map(halves).collect();
+        self.mesh.feature_edges = features.into_iter().flat_map(halves).collect();
         self.mesh.feature_edges.sort_unstable();
+    }
+
+    /// Adds a vertex in the middle of an edge.
+    fn add_middle(&mut self, ends: [u32; 2], on_line: bool) -> u32 {
+        let [from, to] = ends.map(|vertex| self.mesh.positions[vertex as usize]);
+        let middle = (from + to) / 2.0;
+        if on_line {
+            self.add_vertex_on_line(middle)
+        } else {
+            self.add_vertex(middle)
+        }
     }
 
     fn cut(&mut self) {
@@ -120,40 +177,99 @@ impl<'a> Cutter<'a> {
                 edges.insert(ordered(from, corners[(index + 1) % corners.len()]));
             }
         }
+        let count = self.mesh.positions.len();
+        let held = vertices_on_lines(&old, &self.mesh.feature_edges, count);
         let mut cut = Polygons::with_capacity(old.len(), old.corner_count());
         for polygon in 0..old.len() {
             let corners = old.vertices(polygon);
-            if corners.len() <= 4 {
-                cut.push(corners);
-                continue;
-            }
-            self.report.polygons_cut += 1;
-            let pieces = Partition::new(&self.mesh.positions, &mut edges).pieces(corners);
-            for piece in pieces.unwrap_or_else(|| self.star(corners)) {
+            self.report.polygons_cut += usize::from(corners.len() > 4);
+            for piece in self.pieces(corners.to_vec(), &held, &mut edges) {
                 cut.push(&piece);
             }
         }
         self.mesh.polygons = cut;
     }
 
+    /// The pieces of a polygon; their sides are added to `edges`.
+    fn pieces(
+        &mut self,
+        polygon: Vec<u32>,
+        held: &[bool],
+        edges: &mut HashSet<[u32; 2]>,
+    ) -> Vec<Vec<u32>> {
+        let mut pieces = Vec::new();
+        let mut open = vec![polygon];
+        while let Some(corners) = open.pop() {
+            if corners.len() <= 4 {
+                pieces.push(corners);
+            } else if corners.len() <= WEIGHED_CORNERS {
+                pieces.extend(self.best_pieces(&corners, held, edges));
+            } else if let Some(halves) = halves(&corners, &self.mesh.positions, edges) {
+                edges.insert(ordered(halves[1][0], halves[0][0]));
+                open.extend(halves);
+            } else {
+                pieces.extend(self.star(&corners));
+            }
+        }
+        for piece in &pieces {
+            let next = piece.iter().cycle().skip(1);
+            edges.extend(piece.iter().zip(next).map(|(&from, &to)| ordered(from, to)));
+        }
+        pieces
+    }
+
+    /// The better of the best pieces without and with a vertex in the middle.
+    fn best_pieces(
+        &mut self,
+        corners: &[u32],
+        held: &[bool],
+        edges: &HashSet<[u32; 2]>,
+    ) -> Vec<Vec<u32>> {
+        let middle = self.middle_of(corners);
+        let mut partition = Partition::of(corners, &self.mesh.positions, held, edges);
+        let without = partition.without_middle();
+        let cost = |pieces: &Option<Pieces>| pieces.as_ref().map_or(f64::INFINITY, |p| p.cost);
+        let with = (cost(&without) >= WORTH_A_MIDDLE)
+            .then(|| partition.with_middle(middle))
+            .flatten();
+        if cost(&with) < cost(&without)
+            && let Some(with) = with
+        {
+            return self.around_new_vertex(with.polygons, middle);
+        }
+        without.map_or_else(|| self.star(corners), |pieces| pieces.polygons)
+    }
+
+    fn middle_of(&self, corners: &[u32]) -> DVec3 {
+        let positions = corners.iter().map(|&v| self.mesh.positions[v as usize]);
+        positions.sum::<DVec3>() / corners.len() as f64
+    }
+
+    /// Adds the vertex that pieces have in the middle.
+    fn around_new_vertex(&mut self, mut pieces: Vec<Vec<u32>>, middle: DVec3) -> Vec<Vec<u32>> {
+        let middle = self.add_vertex(middle);
+        self.report.middles += 1;
+        for vertex in pieces.iter_mut().flatten() {
+            if *vertex == MIDDLE {
+                *vertex = middle;
+            }
+        }
+        pieces
+    }
+
     /// Pieces round a new vertex in the middle, joined to every other corner.
     fn star(&mut self, corners: &[u32]) -> Vec<Vec<u32>> {
-        let sum: DVec3 = (corners.iter())
-            .map(|&vertex| self.mesh.positions[vertex as usize])
-            .sum();
-        let middle = self.add_vertex(sum / corners.len() as f64);
-        self.report.middles += 1;
-        (0..corners.len())
-            .step_by(2)
-            .map(|index| {
-                let ahead = [1, 2].map(|step| corners[(index + step) % corners.len()]);
-                let mut piece = vec![middle, corners[index], ahead[0], ahead[1]];
-                // The last piece of an odd polygon ends at the first corner.
-                if index + 1 == corners.len() {
-                    piece.pop();
-                }
-                piece
-            })
-            .collect()
+        let pieces = (0..corners.len()).step_by(2).map(|index| {
+            let ahead = [1, 2].map(|step| corners[(index + step) % corners.len()]);
+            let mut piece = vec![MIDDLE, corners[index], ahead[0], ahead[1]];
+            // The last piece of an odd polygon ends at the first corner.
+            if index + 1 == corners.len() {
+                piece.pop();
+            }
+            piece
+        });
+        let pieces = pieces.collect();
+        let middle = self.middle_of(corners);
+        self.around_new_vertex(pieces, middle)
     }
 }

@@ -2,17 +2,28 @@ use glam::DVec3;
 
 use super::complex::Complex;
 use super::overlay::{ArcKind, Overlay, arc, twin};
+use super::snap::snap_to_lines;
 use crate::tolerance::{ARC_HEIGHT, NO_ADVANCE, STRAIGHT_COSINE};
 
-/// Makes of the net a mesh of polygons: takes folds out, joins arcs at nodes that only two of them
-/// meet, and sees to it that each polygon has three corners or more and no two arcs have the same
-/// ends. Returns how many arcs of folds were drawn together.
-pub(super) fn make_regular(complex: &mut Complex, overlay: &Overlay) -> usize {
+/// Arcs that [`make_regular`] drew together.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Contracted {
+    /// Between images of one lattice point.
+    pub(super) folds: usize,
+    /// Short ones to or along features and the boundary.
+    pub(super) snapped: usize,
+}
+
+/// Makes of the net a mesh of polygons: takes folds out, draws crossings close to lines onto them,
+/// joins arcs at nodes that only two of them meet, and sees to it that each polygon has three
+/// corners or more and no two arcs have the same ends. `side` is the usual side of a cell.
+pub(super) fn make_regular(complex: &mut Complex, overlay: &Overlay, side: f64) -> Contracted {
     let folds = draw_folds_together(complex, overlay);
+    let snapped = snap_to_lines(complex, overlay, side);
     join_lone_pairs(complex, overlay);
     follow_borders(complex, overlay);
     make_distinct(complex);
-    folds
+    Contracted { folds, snapped }
 }
 
 /// Splits arcs until each cell has three sides or more and no two arcs have the same ends.
@@ -27,7 +38,10 @@ fn draw_folds_together(complex: &mut Complex, overlay: &Overlay) -> usize {
     loop {
         let before = folds;
         for dart in (0..complex.dart_count()).step_by(2) {
-            if is_fold(complex, overlay, dart) && can_contract(complex, dart) {
+            if is_fold(complex, overlay, dart)
+                && !(is_held(complex, dart) && is_held(complex, twin(dart)))
+                && can_contract(complex, dart)
+            {
                 let dart = if is_held(complex, twin(dart)) {
                     twin(dart)
                 } else {
@@ -57,7 +71,7 @@ fn is_fold(complex: &Complex, overlay: &Overlay, dart: u32) -> bool {
 }
 
 /// Whether the origin of a dart lies on the boundary or on a feature, and so keeps its place.
-fn is_held(complex: &Complex, dart: u32) -> bool {
+pub(super) fn is_held(complex: &Complex, dart: u32) -> bool {
     complex
         .around_node(dart)
         .any(|leaving| complex.kinds[arc(leaving)] >= ArcKind::Feature)
@@ -65,16 +79,17 @@ fn is_held(complex: &Complex, dart: u32) -> bool {
 
 /// Whether the surface stays what it is when the ends of an arc become one: no cell and no node
 /// other than those beside the arc touches both.
-fn can_contract(complex: &Complex, dart: u32) -> bool {
+pub(super) fn can_contract(complex: &Complex, dart: u32) -> bool {
     let other = twin(dart);
     let around = |dart: u32| complex.around_node(dart);
     let touches_border = |dart: u32| around(dart).any(|leaving| complex.is_outside(leaving));
+    let is_border = complex.kinds[arc(dart)] == ArcKind::Boundary;
+    let least_sides = |side: u32| if complex.is_outside(side) { 4 } else { 3 };
     if complex.origin(dart) == complex.origin(other)
-        || touches_border(dart) && touches_border(other)
-        || is_held(complex, dart) && is_held(complex, other)
+        || !is_border && touches_border(dart) && touches_border(other)
         || [dart, other]
             .iter()
-            .any(|&side| complex.side_count(side) < 3)
+            .any(|&side| complex.side_count(side) < least_sides(side))
     {
         return false;
     }
@@ -109,7 +124,7 @@ fn glue_lenses(complex: &mut Complex) {
 }
 
 /// Makes one arc of the two round a cell with two sides.
-fn glue_lens(complex: &mut Complex, dart: u32) {
+pub(super) fn glue_lens(complex: &mut Complex, dart: u32) {
     if !complex.is_alive(dart) || complex.is_outside(dart) || complex.side_count(dart) != 2 {
         return;
     }

@@ -2,14 +2,15 @@ use serde::Serialize;
 
 use super::finer::finer_surface;
 use super::{
-    CutReport, Net, PolygonMesh, QuadsError, ShapeError, ShapeOptions, ShapeReport,
-    extract_polygons, pure_quads, quad_dominant, shape,
+    CutReport, MendReport, Net, PolygonMesh, QuadsError, ShapeError, ShapeOptions, ShapeReport,
+    extract_polygons, mend, pure_quads, quad_dominant, shape,
 };
 use crate::Hint;
 use crate::field::{
     FieldError, FieldOptions, FieldReport, FieldResult, cross_field, feature_edges,
 };
 use crate::geometry::{face_shapes, total_area};
+use crate::measure::scaled_jacobian;
 use crate::mesh::{EdgeId, PerEdge, Surface};
 use crate::periodic::{
     GridDensity, GridMap, IntegerGrid, IntegerGridError, IntegerGridMap, IntegerGridOptions,
@@ -67,10 +68,14 @@ pub struct RemeshReport {
     pub split_cells: usize,
     /// Arcs between images of the same lattice point that were contracted.
     pub folds: usize,
+    /// Short arcs to or along features and the boundary that were contracted.
+    pub snapped: usize,
     /// What became of polygons that were no quads.
     pub cut: CutReport,
     /// The final shape, if there was one.
     pub shape: Option<ShapeReport>,
+    /// What was cut anew for the sake of its shape, if there was one.
+    pub mend: Option<MendReport>,
     /// Maps that were made to meet the number of quads.
     pub rounds: usize,
 }
@@ -181,8 +186,10 @@ fn remesh_fine(
     report.map.warn(watch);
     if let Some(shaping) = &options.shape {
         report.shape = Some(reshape(&mut mesh, surface, &features, shaping, watch)?);
+        report.mend = Some(mend(&mut mesh, surface, &features, watch)?);
     }
     mesh.check(surface)?;
+    warn_of_inverted(&mesh, watch);
     Ok(Remeshed {
         mesh,
         field,
@@ -234,7 +241,7 @@ fn net(
     let found = extract_polygons(surface, &made.map, Some(&marks), watch)?;
     watch.check()?;
     let (mesh, cut) = match mode {
-        QuadMode::Pure => pure_quads(&found.mesh, surface),
+        QuadMode::Pure => pure_quads(&found.mesh, surface, features),
         QuadMode::Dominant => quad_dominant(&found.mesh, surface),
     };
     let report = RemeshReport {
@@ -244,8 +251,10 @@ fn net(
         pruned_pieces: found.pruned_pieces,
         split_cells: found.split_cells,
         folds: found.folds,
+        snapped: found.snapped,
         cut,
         shape: None,
+        mend: None,
         rounds: 1,
     };
     Ok((mesh, report))
@@ -287,6 +296,19 @@ fn warn_of_count(wanted: GridDensity, found: usize, watch: &Watch) {
     if let GridDensity::Quads(wanted) = wanted {
         let message = format!("{wanted} quads were asked for, {found} is as near as the net comes");
         watch.warn("quad-count", message);
+    }
+}
+
+/// Warns of quads that no solver can use.
+fn warn_of_inverted(mesh: &PolygonMesh, watch: &Watch) {
+    let is_inverted = |&polygon: &usize| {
+        <[u32; 4]>::try_from(mesh.polygons.vertices(polygon))
+            .is_ok_and(|quad| scaled_jacobian(quad.map(|v| mesh.positions[v as usize])) <= 0.0)
+    };
+    let count = (0..mesh.polygons.len()).filter(is_inverted).count();
+    if count > 0 {
+        let message = format!("{count} quads have a corner of 180° or more");
+        watch.warn("inverted-quads", message);
     }
 }
 

@@ -1,7 +1,21 @@
-use std::collections::VecDeque;
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
 
 use super::overlay::NONE;
 use crate::mesh::Polygons;
+
+/// Cost of leading a chain over a side.
+const CROSSING: f64 = 1.0;
+
+/// Cost of leading a chain round a corner of a quad, which makes a vertex with three edges and one
+/// with five; straight across, the quad becomes two.
+const TURN: f64 = 1.5;
+
+/// Cost of leading a chain over a line, whose vertices stay where they are straight.
+const LINE_CROSSING: f64 = 8.0;
+
+/// Cost of a chain that ends in a triangle over a line: a quad with a straight corner is left.
+const FLAT_END: f64 = 40.0;
 
 /// The sides of polygons and how they meet; side `c` runs from corner `c` to the next one of its
 /// polygon.
@@ -40,34 +54,6 @@ impl Sides {
         }
     }
 
-    /// The sides to split so that every polygon gets an even number of them: chains of sides that
-    /// lead from one odd polygon to the nearest other, or out over the boundary. For each side
-    /// whether it is split; both sides of an edge are.
-    pub(super) fn to_split(&self, polygons: &Polygons) -> Vec<bool> {
-        let mut odd: Vec<bool> = (0..polygons.len())
-            .map(|polygon| !polygons.vertices(polygon).len().is_multiple_of(2))
-            .collect();
-        let mut split = vec![false; self.twins.len()];
-        let mut came_by = vec![NONE; polygons.len()];
-        for start in 0..polygons.len() {
-            if std::mem::take(&mut odd[start]) {
-                let chain = self.way_out(polygons, start, &odd, &mut came_by);
-                if let Some(&last) = chain.last()
-                    && let Some(end) = self.beyond(last)
-                {
-                    odd[end] = false;
-                }
-                for side in chain {
-                    split[side as usize] ^= true;
-                    if let Some(twin) = split.get_mut(self.twins[side as usize] as usize) {
-                        *twin ^= true;
-                    }
-                }
-            }
-        }
-        split
-    }
-
     /// Whether there is no polygon beyond a side.
     pub(super) fn is_border(&self, side: u32) -> bool {
         self.twins[side as usize] == NONE
@@ -77,47 +63,170 @@ impl Sides {
         let twin = self.twins[side as usize];
         (self.polygons.get(twin as usize)).map(|&polygon| polygon as usize)
     }
+}
 
-    /// The sides crossed on the shortest way from a polygon to an odd one or over the boundary.
-    fn way_out(
-        &self,
-        polygons: &Polygons,
-        start: usize,
-        odd: &[bool],
-        came_by: &mut [u32],
-    ) -> Vec<u32> {
-        let mut reached = vec![start];
-        let mut queue = VecDeque::from([start]);
-        let mut last = None;
-        'search: while let Some(polygon) = queue.pop_front() {
-            for side in polygons.corner_range(polygon) {
-                let side = side as u32;
-                let Some(next) = self.beyond(side) else {
-                    last = Some(side);
-                    break 'search;
-                };
-                if next == start || came_by[next] != NONE {
-                    continue;
-                }
-                came_by[next] = side;
-                reached.push(next);
-                if odd[next] {
-                    last = Some(side);
-                    break 'search;
-                }
-                queue.push_back(next);
+/// Finds the sides to split so that every polygon gets an even number of them.
+pub(super) struct Parity<'a> {
+    polygons: &'a Polygons,
+    sides: Sides,
+    /// What it costs to lead a chain over each side.
+    costs: Vec<f64>,
+    odd: Vec<bool>,
+    /// The cost of reaching each side in the search at hand.
+    reached: Vec<f64>,
+    came_by: Vec<u32>,
+}
+
+/// The way of a chain: its cost, and the sides that it crosses, from its end back.
+struct Chain {
+    cost: f64,
+    sides: Vec<u32>,
+}
+
+impl<'a> Parity<'a> {
+    /// For polygons that form a manifold, some of whose sides lie on features.
+    pub(super) fn new(polygons: &'a Polygons, is_feature: impl Fn([u32; 2]) -> bool) -> Self {
+        let sides = Sides::of(polygons);
+        let mut costs = Vec::with_capacity(polygons.corner_count());
+        for polygon in 0..polygons.len() {
+            let vertices = polygons.vertices(polygon);
+            for (index, side) in polygons.corner_range(polygon).enumerate() {
+                let ends = [vertices[index], vertices[(index + 1) % vertices.len()]];
+                let is_line = sides.is_border(side as u32) || is_feature(ends);
+                let beyond = sides.beyond(side as u32);
+                let is_triangle = [Some(polygon), beyond]
+                    .into_iter()
+                    .flatten()
+                    .any(|polygon| polygons.vertices(polygon).len() == 3);
+                costs.push(match (is_line, is_triangle) {
+                    (false, _) => CROSSING,
+                    (true, false) => LINE_CROSSING,
+                    (true, true) => FLAT_END,
+                });
             }
         }
-        let step_back = |&side: &u32| {
-            let before = came_by[self.polygons[side as usize] as usize];
-            (before != NONE).then_some(before)
-        };
-        let mut chain: Vec<u32> = std::iter::successors(last, step_back).collect();
-        chain.reverse();
-        for polygon in reached {
-            came_by[polygon] = NONE;
+        let count = costs.len();
+        Self {
+            odd: (0..polygons.len())
+                .map(|polygon| !polygons.vertices(polygon).len().is_multiple_of(2))
+                .collect(),
+            polygons,
+            sides,
+            costs,
+            reached: vec![f64::INFINITY; count],
+            came_by: vec![NONE; count],
+        }
+    }
+
+    /// Whether a side lies on a feature or on the boundary.
+    pub(super) fn is_line(&self, side: usize) -> bool {
+        self.costs[side] >= LINE_CROSSING
+    }
+
+    /// For each side whether it is split; both sides of an edge are.
+    ///
+    /// Chains of sides lead from one odd polygon to another, or out over the boundary: the cheapest
+    /// first. They go straight through quads and keep off features and the boundary where they can.
+    pub(super) fn to_split(mut self) -> Vec<bool> {
+        let mut split = vec![false; self.costs.len()];
+        let mut queue: BinaryHeap<_> = (0..self.polygons.len())
+            .filter(|&polygon| self.odd[polygon])
+            .map(|polygon| Reverse((0, polygon)))
+            .collect();
+        while let Some(Reverse((known, start))) = queue.pop() {
+            if !self.odd[start] {
+                continue;
+            }
+            let Some(chain) = self.cheapest_chain(start) else {
+                self.odd[start] = false;
+                continue;
+            };
+            // Costs are not negative, so that their bits are in their order.
+            let cost = chain.cost.to_bits();
+            if cost > known {
+                queue.push(Reverse((cost, start)));
+                continue;
+            }
+            self.odd[start] = false;
+            if let Some(&last) = chain.sides.first()
+                && let Some(end) = self.sides.beyond(last)
+            {
+                self.odd[end] = false;
+            }
+            for side in chain.sides {
+                split[side as usize] ^= true;
+                if let Some(twin) = split.get_mut(self.sides.twins[side as usize] as usize) {
+                    *twin ^= true;
+                }
+            }
+        }
+        split
+    }
+
+    /// The cheapest chain from a polygon to another odd one or over the boundary.
+    fn cheapest_chain(&mut self, start: usize) -> Option<Chain> {
+        let mut touched = Vec::new();
+        let mut queue = BinaryHeap::new();
+        for side in self.polygons.corner_range(start) {
+            self.reach(side as u32, self.costs[side], NONE, &mut touched);
+            queue.push(Reverse((self.costs[side].to_bits(), side as u32)));
+        }
+        let mut found = None;
+        while let Some(Reverse((bits, side))) = queue.pop() {
+            let cost = f64::from_bits(bits);
+            if cost > self.reached[side as usize] {
+                continue;
+            }
+            let Some(next) = self
+                .sides
+                .beyond(side)
+                .filter(|&next| !self.odd[next] || next == start)
+            else {
+                found = Some((cost, side));
+                break;
+            };
+            if next == start {
+                continue;
+            }
+            let entry = self.sides.twins[side as usize];
+            for exit in self.polygons.corner_range(next) {
+                let total = cost + self.costs[exit] + self.turn(next, [entry, exit as u32]);
+                if total < self.reached[exit] {
+                    self.reach(exit as u32, total, side, &mut touched);
+                    queue.push(Reverse((total.to_bits(), exit as u32)));
+                }
+            }
+        }
+        let chain = found.map(|(cost, last)| Chain {
+            cost,
+            sides: self.way_to(last),
+        });
+        for side in touched {
+            self.reached[side as usize] = f64::INFINITY;
         }
         chain
+    }
+
+    fn reach(&mut self, side: u32, cost: f64, from: u32, touched: &mut Vec<u32>) {
+        self.reached[side as usize] = cost;
+        self.came_by[side as usize] = from;
+        touched.push(side);
+    }
+
+    /// What it costs to pass a polygon from one side to another.
+    fn turn(&self, polygon: usize, [entry, exit]: [u32; 2]) -> f64 {
+        if entry == exit {
+            f64::INFINITY
+        } else if self.polygons.vertices(polygon).len() == 4 && entry.abs_diff(exit) != 2 {
+            TURN
+        } else {
+            0.0
+        }
+    }
+
+    fn way_to(&self, last: u32) -> Vec<u32> {
+        let before = |&side: &u32| Some(self.came_by[side as usize]).filter(|&side| side != NONE);
+        std::iter::successors(Some(last), before).collect()
     }
 }
 
@@ -125,22 +234,65 @@ impl Sides {
 mod tests {
     use super::*;
 
-    #[test]
-    fn two_triangles_far_apart_are_joined_by_one_chain() {
-        // A triangle, three quads in a row, a triangle; all round them is boundary. Ways along the
-        // row and over the boundary are both allowed: in the end every polygon is even.
+    fn is_even_after(polygons: &Polygons, split: &[bool], polygon: usize) -> bool {
+        let range = polygons.corner_range(polygon);
+        let added = range.clone().filter(|&side| split[side]).count();
+        (range.len() + added).is_multiple_of(2)
+    }
+
+    /// A row of quads between the vertices `2k`, `2k + 1` and `2k + 2`, `2k + 3`, with a triangle at
+    /// either end.
+    fn row_between_triangles(quads: u32) -> Polygons {
         let mut polygons = Polygons::default();
-        polygons.push(&[0, 1, 2]);
-        for row in 0..3 {
-            let first = 1 + 2 * row;
-            polygons.push(&[first + 1, first, first + 2, first + 3]);
+        polygons.push(&[0, 1, 2 * quads + 2]);
+        for k in 0..quads {
+            polygons.push(&[2 * k + 1, 2 * k, 2 * k + 2, 2 * k + 3]);
         }
-        polygons.push(&[8, 7, 9]);
-        let split = Sides::of(&polygons).to_split(&polygons);
+        polygons.push(&[2 * quads + 1, 2 * quads, 2 * quads + 3]);
+        polygons
+    }
+
+    #[test]
+    fn two_triangles_far_apart_are_joined_by_one_chain_along_the_row() {
+        let polygons = row_between_triangles(4);
+        let split = Parity::new(&polygons, |_| false).to_split();
         for polygon in 0..polygons.len() {
-            let range = polygons.corner_range(polygon);
-            let added = range.clone().filter(|&side| split[side]).count();
-            assert!((range.len() + added).is_multiple_of(2), "polygon {polygon}");
+            assert!(is_even_after(&polygons, &split, polygon), "{polygon}");
+        }
+        // Five edges inside, each with two sides; none on the boundary.
+        assert_eq!(split.iter().filter(|&&split| split).count(), 10);
+    }
+
+    #[test]
+    fn chains_keep_off_features_and_go_straight_through_quads() {
+        // A grid of 5 × 5 quads, two of them cut off at a corner: the triangles lie on both sides of
+        // a feature that ends inside, so that a chain can go round its end.
+        let at = |x: u32, y: u32| y * 6 + x;
+        let mut polygons = Polygons::default();
+        for y in 0..5 {
+            for x in 0..5 {
+                let quad = [at(x, y), at(x + 1, y), at(x + 1, y + 1), at(x, y + 1)];
+                if y == 2 && (x == 1 || x == 3) {
+                    polygons.push(&quad[..3]);
+                    polygons.push(&[quad[0], quad[2], quad[3], 36 + x]);
+                    continue;
+                }
+                polygons.push(&quad);
+            }
+        }
+        let feature = [at(3, 2), at(3, 3)];
+        let split = Parity::new(&polygons, |ends| {
+            [ends[0].min(ends[1]), ends[0].max(ends[1])] == feature
+        })
+        .to_split();
+        for polygon in 0..polygons.len() {
+            assert!(is_even_after(&polygons, &split, polygon), "{polygon}");
+            let vertices = polygons.vertices(polygon);
+            for (index, side) in polygons.corner_range(polygon).enumerate() {
+                let ends = [vertices[index], vertices[(index + 1) % vertices.len()]];
+                let on_feature = [ends[0].min(ends[1]), ends[0].max(ends[1])] == feature;
+                assert!(!(on_feature && split[side]));
+            }
         }
     }
 }

@@ -368,6 +368,71 @@ fn a_thin_limb_does_not_vanish() {
 }
 
 #[test]
+fn crossings_close_to_the_boundary_are_drawn_onto_it() {
+    // A fifth and a tenth of a cell are left over on two sides.
+    let surface = surface_of(&grid(2.0, 1.0, 8, 5));
+    let map = flat_map(&surface, |_, p| p.truncate() * 8.1);
+    let found = extract(&surface, &map);
+    assert_eq!(found.mesh.quad_count(), 16 * 8);
+    assert_eq!(found.mesh.polygons.len(), 16 * 8);
+    assert!(found.snapped > 0);
+    let exact = flat_map(&surface, |_, p| p.truncate() * 8.0);
+    assert_eq!(extract(&surface, &exact).snapped, 0);
+}
+
+#[test]
+fn the_nearest_line_is_drawn_onto_a_feature_that_no_line_follows() {
+    let surface = surface_of(&grid(2.0, 1.0, 8, 5));
+    let mesh = surface.mesh();
+    // The feature runs along x = 3.3 in coordinates, straight through all cells.
+    let map = flat_map(&surface, |_, p| DVec2::new(p.x * 4.4, p.y * 4.0));
+    let sharp = PerEdge::from_fn(mesh.edge_count(), |edge| {
+        let ends = mesh.ends(mesh.edge_halfedge(edge));
+        ends.iter()
+            .all(|&vertex| (surface.position(vertex).x - 0.75).abs() < 1e-9)
+    });
+    let found = extract_polygons(&surface, &map, Some(&sharp), &Watch::new()).unwrap();
+    assert_eq!(found.mesh.polygons.len(), found.mesh.quad_count());
+    assert_eq!(found.mesh.feature_edges.len(), 4);
+    let length: f64 = (found.mesh.feature_edges.iter())
+        .map(|&[a, b]| found.mesh.positions[a as usize].distance(found.mesh.positions[b as usize]))
+        .sum();
+    assert!((length - 1.0).abs() < 1e-9, "{length}");
+}
+
+#[test]
+fn a_fold_at_the_boundary_of_the_map_leaves_no_inverted_quad() {
+    // The last column of triangles lies folded back on the one before.
+    let surface = surface_of(&grid(2.0, 1.0, 16, 8));
+    for back in [0.2, 0.45, 0.7] {
+        let map = flat_map(&surface, |_, p| {
+            let x = if p.x > 1.99 {
+                1.875 - back * 0.125
+            } else {
+                p.x
+            };
+            DVec2::new(x, p.y) * 8.0
+        });
+        let found = extract(&surface, &map);
+        let (pure, _) = pure_quads(&found.mesh, &surface, &[]);
+        pure.check(&surface).unwrap();
+        let net = Net {
+            surface: &surface,
+            features: &[],
+            polygons: &pure.polygons,
+            feature_edges: &[],
+        };
+        let watch = Watch::new();
+        let shaped = shape(&net, &pure.origins, &ShapeOptions::default(), &watch).unwrap();
+        assert!(
+            shaped.report.after.least > 0.2,
+            "{back}: {:?}",
+            shaped.report
+        );
+    }
+}
+
+#[test]
 fn features_become_chains_of_edges() {
     let surface = surface_of(&grid(2.0, 1.0, 8, 5));
     let mesh = surface.mesh();

@@ -76,25 +76,12 @@ impl Judged {
         })
     }
 
-    /// Tells of quads that are not usable.
+    /// Tells of folds.
     fn warn(&self, session: &Session) {
-        let quality = self.measure.quality.as_ref();
-        let inverted = quality.map_or(0, |quality| quality.scaled_jacobian.non_positive);
-        for (code, count, what) in [
-            (
-                "inverted-quads",
-                inverted,
-                "quads have a corner of 180° or more",
-            ),
-            (
-                "folds",
-                self.measure.folds,
-                "edges are folds: their polygons face more than 120° apart",
-            ),
-        ] {
-            if count > 0 {
-                session.watch.warn(code, format!("{count} {what}"));
-            }
+        let count = self.measure.folds;
+        if count > 0 {
+            let what = "edges are folds: their polygons face more than 120° apart";
+            session.watch.warn("folds", format!("{count} {what}"));
         }
     }
 

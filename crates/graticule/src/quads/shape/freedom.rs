@@ -1,6 +1,6 @@
 use super::Net;
-use super::lines::Lines;
-use crate::mesh::{PolygonConnectivity, Surface, SurfacePoint};
+use super::ground::Ground;
+use crate::mesh::{PolygonConnectivity, SurfacePoint};
 
 /// Where a vertex may go.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,8 +17,8 @@ pub(super) enum Freedom {
 pub(super) fn freedoms(
     net: &Net<'_>,
     mesh: &PolygonConnectivity,
-    lines: &Lines,
-    (surface, origins): (&Surface, &[SurfacePoint]),
+    ground: &Ground,
+    origins: &[SurfacePoint],
 ) -> Vec<Freedom> {
     let mut line_edges: Vec<[u32; 2]> = net
         .feature_edges
@@ -37,7 +37,7 @@ pub(super) fn freedoms(
     }
     let freedom = |(count, &origin): (u32, &SurfacePoint)| match count {
         0 => Freedom::Surface,
-        2 if lines.halfedge_at(surface, origin).is_some() => Freedom::Line,
+        2 if ground.lines.halfedge_at(&ground.surface, origin).is_some() => Freedom::Line,
         _ => Freedom::Fixed,
     };
     lines_at.into_iter().zip(origins).map(freedom).collect()

@@ -16,6 +16,7 @@
 mod colors;
 mod energy;
 mod freedom;
+mod ground;
 mod lines;
 mod polygon;
 mod proportions;
@@ -25,7 +26,10 @@ mod run;
 #[cfg(test)]
 mod tests;
 
+pub(super) use ground::{Ground, Place};
+pub(super) use polygon::quality;
 pub use report::{ShapeQuality, ShapeReport};
+pub(super) use run::Run;
 
 use crate::mesh::{EdgeId, Element, Polygons, Surface, SurfacePoint};
 use crate::watch::{Stopped, Watch};
@@ -144,7 +148,8 @@ pub fn shape(
     let _stage = watch.stage("shape quads");
     options.check()?;
     check_origins(net.surface, origins)?;
-    run::Run::new(net, origins, *options).shape(watch)
+    let ground = Ground::of(net.surface, net.features);
+    Run::new(&ground, net, origins, *options, |_| false).shape(watch)
 }
 
 impl ShapeOptions {

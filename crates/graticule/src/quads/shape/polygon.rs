@@ -1,8 +1,69 @@
+use std::f64::consts::TAU;
+
 use glam::DVec3;
+
+use super::ground::Place;
+use crate::measure::vector_area;
+
+/// The normal of a polygon.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct View {
+    pub(super) normal: DVec3,
+    /// The least cosine between it and the normal of the surface at a corner.
+    pub(super) facing: f64,
+}
+
+impl View {
+    /// Of the polygon with its vertices at these places.
+    pub(super) fn of(places: impl Iterator<Item = Place> + Clone) -> Self {
+        let area = vector_area(places.clone().map(|place| place.position));
+        let normal = area.normalize_or_zero();
+        let cosines = places.clone().map(|place| normal.dot(place.normal));
+        Self {
+            normal: facing(normal, places.map(|place| place.normal).sum()),
+            facing: cosines.fold(f64::INFINITY, f64::min),
+        }
+    }
+}
+
+/// The least sine at a corner of a polygon over that of the regular polygon, negative where it is
+/// turned over.
+pub(in crate::quads) fn quality(places: &[Place]) -> f64 {
+    let normal = View::of(places.iter().copied()).normal;
+    least_sine(places.len(), normal, |corner| places[corner].position)
+}
+
+/// The least sine at a corner of a polygon with `count` corners over that of the regular polygon.
+pub(super) fn least_sine(count: usize, normal: DVec3, at: impl Fn(usize) -> DVec3) -> f64 {
+    let last = count - 1;
+    let mut least = f64::INFINITY;
+    let mut around = [at(last - 1), at(last), at(0)];
+    for corner in 0..=last {
+        least = least.min(corner_sine(around, normal));
+        around = [
+            around[1],
+            around[2],
+            at(if corner == last { 0 } else { corner + 1 }),
+        ];
+    }
+    least / regular_angle(count).1
+}
+
+/// Cosine and sine of the angle of a regular polygon.
+pub(super) fn regular_angle(corners: usize) -> (f64, f64) {
+    match corners {
+        4 => (0.0, 1.0),
+        3 => (0.5, 0.75_f64.sqrt()),
+        count => {
+            let turn = TAU / count as f64;
+            (-libm::cos(turn), libm::sin(turn))
+        }
+    }
+}
 
 /// The normal of a polygon, or that of the surface where the polygon is turned over or has none:
 /// then its corners count as inverted.
-pub(super) fn facing(normal: DVec3, of_surface: DVec3) -> DVec3 {
+fn facing(normal: DVec3, of_surface: DVec3) -> DVec3 {
     if normal.dot(of_surface) > 0.0 || of_surface == DVec3::ZERO {
         normal
     } else {
@@ -12,7 +73,7 @@ pub(super) fn facing(normal: DVec3, of_surface: DVec3) -> DVec3 {
 
 /// The sine of the angle at a corner, negative where the corner is inverted; 0 where a side has no
 /// length.
-pub(super) fn corner_sine([before, corner, after]: [DVec3; 3], normal: DVec3) -> f64 {
+fn corner_sine([before, corner, after]: [DVec3; 3], normal: DVec3) -> f64 {
     let [out, back] = [after - corner, before - corner];
     let lengths = out.length() * back.length();
     if lengths > 0.0 {

@@ -7,12 +7,12 @@ use rayon::prelude::*;
 use super::colors::independent_groups;
 use super::energy::{CornerTerm, raise, sum_of_powers};
 use super::freedom::{Freedom, freedoms};
-use super::lines::Lines;
-use super::polygon::{corner_sine, facing};
+use super::ground::{Ground, Place};
+use super::polygon::{View, least_sine, regular_angle};
 use super::{Net, ShapeError, ShapeOptions, ShapeQuality, ShapeReport, Shaped};
-use crate::geometry::{normalized, slide_towards, vertex_normals};
-use crate::measure::{scaled_jacobian, vector_area};
-use crate::mesh::{PerVertex, PolygonConnectivity, PolygonSoup, Surface, SurfacePoint};
+use crate::geometry::slide_towards;
+use crate::measure::scaled_jacobian;
+use crate::mesh::{PolygonConnectivity, PolygonSoup, SurfacePoint};
 use crate::tolerance;
 use crate::watch::{Stopped, Watch};
 
@@ -31,23 +31,6 @@ const SEARCHING_SWEEPS: usize = 3;
 /// Directions and step lengths (over the mean edge length) of a search.
 const SEARCH_DIRECTIONS: u32 = 12;
 const SEARCH_STEPS: [f64; 4] = [0.3, 0.12, 0.04, 0.012];
-
-/// A vertex on the surface.
-#[derive(Clone, Copy, Debug)]
-struct Place {
-    origin: SurfacePoint,
-    position: DVec3,
-    /// The normal of the surface, smoothed.
-    normal: DVec3,
-}
-
-/// The normal of a polygon.
-#[derive(Clone, Copy, Debug)]
-struct View {
-    normal: DVec3,
-    /// The least cosine between it and the normal of the surface at a corner.
-    facing: f64,
-}
 
 /// How good the polygons around a vertex are.
 #[derive(Clone, Copy, Debug)]
@@ -87,10 +70,8 @@ enum Aim {
 }
 
 /// The state of a run: everything at unit extent.
-pub(super) struct Run {
-    surface: Surface,
-    normals: PerVertex<DVec3>,
-    lines: Lines,
+pub(in crate::quads) struct Run<'a> {
+    ground: &'a Ground,
     mesh: PolygonConnectivity,
     freedoms: Vec<Freedom>,
     /// For each quad the length that its first and third side should have over that of the others.
@@ -105,15 +86,16 @@ pub(super) struct Run {
     options: ShapeOptions,
 }
 
-impl Run {
-    pub(super) fn new(net: &Net<'_>, origins: &[SurfacePoint], options: ShapeOptions) -> Self {
-        let (surface, _) = normalized(net.surface);
-        let normals = vertex_normals(&surface);
-        let lines = Lines::new(&surface, net.features);
-        let places: Vec<_> = origins
-            .iter()
-            .map(|&origin| place(&surface, &normals, origin))
-            .collect();
+impl<'a> Run<'a> {
+    /// A run on part of a mesh may have vertices that must stay where they are.
+    pub(in crate::quads) fn new(
+        ground: &'a Ground,
+        net: &Net<'_>,
+        origins: &[SurfacePoint],
+        options: ShapeOptions,
+        is_held: impl Fn(usize) -> bool,
+    ) -> Self {
+        let places: Vec<_> = origins.iter().map(|&origin| ground.place(origin)).collect();
         let starts: Vec<_> = places.iter().map(|place| place.position).collect();
         let soup = PolygonSoup {
             positions: starts.clone(),
@@ -121,7 +103,12 @@ impl Run {
             ..PolygonSoup::default()
         };
         let mesh = PolygonConnectivity::of(&soup);
-        let freedoms = freedoms(net, &mesh, &lines, (&surface, origins));
+        let mut freedoms = freedoms(net, &mesh, ground, origins);
+        for (vertex, freedom) in freedoms.iter_mut().enumerate() {
+            if is_held(vertex) {
+                *freedom = Freedom::Fixed;
+            }
+        }
         let ratios = super::proportions::wanted(&mesh, &starts, options.keep_proportions);
         let scales = mean_edge_lengths(&mesh, &starts);
         let mean_scale = scales.iter().sum::<f64>() / scales.len().max(1) as f64;
@@ -131,9 +118,7 @@ impl Run {
         Self {
             reaches: scales.iter().map(reach).collect(),
             scales,
-            surface,
-            normals,
-            lines,
+            ground,
             mesh,
             freedoms,
             ratios,
@@ -144,16 +129,20 @@ impl Run {
         }
     }
 
-    pub(super) fn shape(mut self, watch: &Watch) -> Result<Shaped, ShapeError> {
-        let before = self.quality();
+    /// Moves the vertices, with so many rounds of work on poor polygons at most; returns the number
+    /// of sweeps.
+    pub(in crate::quads) fn settle(
+        &mut self,
+        rounds: usize,
+        watch: &Watch,
+    ) -> Result<usize, Stopped> {
         let mut active = vec![true; self.places.len()];
         let mut sweeps = 0;
         while sweeps < self.options.sweeps && active.contains(&true) {
             active = self.sweep(&active, Aim::Energy(1), watch)?;
             sweeps += 1;
-            watch.progress(sweeps as f64 / self.options.sweeps as f64);
         }
-        for _ in 0..RAISING_ROUNDS {
+        for _ in 0..rounds {
             let steps = self.raise_poor(Aim::Energy(HIGH_POWER), RAISING_SWEEPS, watch)?;
             let searches = self.raise_poor(Aim::Search, SEARCHING_SWEEPS, watch)?;
             sweeps += steps + searches;
@@ -161,6 +150,23 @@ impl Run {
                 break;
             }
         }
+        Ok(sweeps)
+    }
+
+    /// For each polygon the least sine of its corners over that of the regular polygon, negative
+    /// where the polygon is turned over.
+    pub(in crate::quads) fn qualities(&self) -> impl Iterator<Item = f64> {
+        (0..self.mesh.polygon_count()).map(|polygon| self.polygon_quality(polygon))
+    }
+
+    /// For each vertex its point of the surface.
+    pub(in crate::quads) fn origins(&self) -> impl Iterator<Item = SurfacePoint> {
+        self.places.iter().map(|place| place.origin)
+    }
+
+    pub(super) fn shape(mut self, watch: &Watch) -> Result<Shaped, ShapeError> {
+        let before = self.quality();
+        let sweeps = self.settle(RAISING_ROUNDS, watch)?;
         Ok(self.finish(before, sweeps))
     }
 
@@ -325,8 +331,11 @@ impl Run {
                 Some([u, normal.cross(u)])
             }
             Freedom::Line => {
-                let halfedge = self.lines.halfedge_at(&self.surface, here.origin)?;
-                let along = self.surface.halfedge_vector(halfedge);
+                let halfedge = self
+                    .ground
+                    .lines
+                    .halfedge_at(&self.ground.surface, here.origin)?;
+                let along = self.ground.surface.halfedge_vector(halfedge);
                 Some([along.try_normalize()?, DVec3::ZERO])
             }
             Freedom::Fixed => None,
@@ -338,14 +347,19 @@ impl Run {
     fn reached(&self, vertex: usize, target: DVec3) -> Option<Place> {
         let origin = self.places[vertex].origin;
         let origin = match self.freedoms[vertex] {
-            Freedom::Surface => slide_towards(&self.surface, origin, target),
+            Freedom::Surface => slide_towards(&self.ground.surface, origin, target),
             Freedom::Line => {
-                let halfedge = self.lines.halfedge_at(&self.surface, origin)?;
-                self.lines.slide_towards(&self.surface, halfedge, target)
+                let halfedge = self
+                    .ground
+                    .lines
+                    .halfedge_at(&self.ground.surface, origin)?;
+                self.ground
+                    .lines
+                    .slide_towards(&self.ground.surface, halfedge, target)
             }
             Freedom::Fixed => return None,
         };
-        let place = place(&self.surface, &self.normals, origin);
+        let place = self.ground.place(origin);
         let way = place.position.distance(self.starts[vertex]);
         (way <= self.reaches[vertex]).then_some(place)
     }
@@ -424,36 +438,13 @@ impl Run {
     }
 
     fn view(&self, polygon: usize, place: impl Fn(u32) -> Place) -> View {
-        let places = self
-            .mesh
-            .vertices(polygon)
-            .iter()
-            .map(|&vertex| place(vertex));
-        let area = vector_area(places.clone().map(|place| place.position));
-        let normal = area.normalize_or_zero();
-        let cosines = places.clone().map(|place| normal.dot(place.normal));
-        View {
-            normal: facing(normal, places.map(|place| place.normal).sum()),
-            facing: cosines.fold(f64::INFINITY, f64::min),
-        }
+        let vertices = self.mesh.vertices(polygon).iter();
+        View::of(vertices.map(|&vertex| place(vertex)))
     }
 
-    /// The least sine at a corner of the polygon over that of the regular polygon.
     fn least_sine(&self, polygon: usize, normal: DVec3, place: impl Fn(u32) -> Place) -> f64 {
         let vertices = self.mesh.vertices(polygon);
-        let last = vertices.len() - 1;
-        let at = |corner: usize| place(vertices[corner]).position;
-        let mut least = f64::INFINITY;
-        let mut around = [at(last - 1), at(last), at(0)];
-        for corner in 0..=last {
-            least = least.min(corner_sine(around, normal));
-            around = [
-                around[1],
-                around[2],
-                at(if corner == last { 0 } else { corner + 1 }),
-            ];
-        }
-        least / regular_angle(last + 1).1
+        least_sine(vertices.len(), normal, |k| place(vertices[k]).position)
     }
 
     /// The quality of a polygon as it is.
@@ -481,7 +472,7 @@ impl Run {
     }
 
     fn finish(self, before: ShapeQuality, sweeps: usize) -> Shaped {
-        let [low, high] = self.surface.bounding_box();
+        let [low, high] = self.ground.surface.bounding_box();
         let ways = self.places.iter().zip(&self.starts);
         let ways: Vec<f64> = ways
             .map(|(place, start)| place.position.distance(*start))
@@ -496,27 +487,6 @@ impl Run {
         Shaped {
             origins: self.places.into_iter().map(|place| place.origin).collect(),
             report,
-        }
-    }
-}
-
-fn place(surface: &Surface, normals: &PerVertex<DVec3>, origin: SurfacePoint) -> Place {
-    let corners = surface.mesh().triangle(origin.face);
-    Place {
-        origin,
-        position: origin.position(surface),
-        normal: origin.interpolate(corners.map(|vertex| normals[vertex])),
-    }
-}
-
-/// Cosine and sine of the angle of a regular polygon.
-fn regular_angle(corners: usize) -> (f64, f64) {
-    match corners {
-        4 => (0.0, 1.0),
-        3 => (0.5, 0.75_f64.sqrt()),
-        count => {
-            let turn = TAU / count as f64;
-            (-libm::cos(turn), libm::sin(turn))
         }
     }
 }
