@@ -1,8 +1,8 @@
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 use super::alignment::whole_coordinates;
 use super::energy::{energy_weights, phase_graph};
-use super::phase_graph::FIXED;
+use super::phase_graph::{FIXED, NodeOrder, mirrored};
 use super::refine::Refinement;
 use super::sizing::denser_about;
 use super::unroll::{FaceKind, VertexFrames, angles_of_phases, face_kinds};
@@ -11,11 +11,13 @@ use super::{
     EdgeSteps, EnergyTriangles, GRID_EXTENT, MinimizationReport, ParameterizationReport,
     ParameterizeOptions, PeriodicError, RegularDistortion, SingularElements, edge_steps,
 };
-use crate::field::CrossField;
+use crate::field::{CrossField, phase};
 use crate::geometry::{
     EdgeLengths, IntrinsicTriangulation, Similarity, intrinsic_delaunay, vertex_areas,
+    vertex_frames,
 };
 use crate::mesh::{EdgeId, Element, FaceId, PerEdge, PerFace, PerVertex, Surface, VertexId};
+use crate::solve::sorted_along_curve;
 use crate::tolerance::NEEDLE_COTANGENT;
 use crate::watch::Watch;
 
@@ -209,11 +211,15 @@ impl<'a> Ground<'a> {
             &functional.steps,
             &functional.weights,
             &self.whole,
+            &self.order_of_nodes(),
         );
         let positions = self.surface.positions().as_slice();
-        let nodes = graph.places.iter().enumerate();
-        let free = nodes.filter(|(_, place)| **place != FIXED);
-        let points: Vec<_> = free.map(|(node, _)| positions[node / 2]).collect();
+        let mut points = vec![DVec3::ZERO; graph.count()];
+        for (node, &place) in graph.places.iter().enumerate() {
+            if place != FIXED {
+                points[place as usize] = positions[node / 2];
+            }
+        }
         let (values, report) = self.options.minimizer.run(&graph, &points, watch)?;
         let value = |node: usize| match graph.places[node] {
             FIXED => DVec2::X,
@@ -223,6 +229,33 @@ impl<'a> Ground<'a> {
             [0, 1].map(|coordinate| value(2 * vertex.index() + coordinate))
         });
         Ok((angles_of_phases(&phases), report))
+    }
+
+    /// An order and starts of the phase graph's nodes that depend neither on how vertices are numbered
+    /// nor on which of a cross's directions is the first: along a curve through space, the axis first
+    /// that has more of the x axis, forward where that grows. Neighbours are close in memory, too.
+    fn order_of_nodes(&self) -> NodeOrder {
+        let positions = self.surface.positions().as_slice();
+        let vertices = sorted_along_curve((0..positions.len() as u32).collect(), positions);
+        let frames = vertex_frames(self.surface);
+        let directions = self.field.directions_in_space(self.surface, &self.own);
+        let seed = self.options.minimizer.seed();
+        let mut order = NodeOrder {
+            nodes: Vec::with_capacity(2 * positions.len()),
+            starts_from: vec![DVec2::X; 2 * positions.len()],
+        };
+        for vertex in vertices.into_iter().map(VertexId) {
+            let along = directions[vertex];
+            let axes = [along.x, frames[vertex].normal.cross(along).x];
+            let first = u32::from(axes[1].abs() > axes[0].abs());
+            for axis in [first, 1 - first] {
+                let node = 2 * vertex.0 + axis;
+                let start = phase(VertexId::from_index(order.nodes.len()), seed);
+                order.starts_from[node as usize] = mirrored(start, axes[axis as usize] < 0.0);
+                order.nodes.push(node);
+            }
+        }
+        order
     }
 
     /// Turns inverted triangles over again. Where that fails beside coordinates that must be whole,

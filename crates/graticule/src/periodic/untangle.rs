@@ -19,7 +19,7 @@ const RINGS: usize = 3;
 
 /// Vertices rest when none moves by more than this share of the lowest height in its triangles,
 /// or of a period.
-const AT_REST: f64 = 1e-3;
+const AT_REST: f64 = 5e-3;
 
 /// Passes after which the vertices that take part are chosen anew.
 const REFRESH: usize = 5;

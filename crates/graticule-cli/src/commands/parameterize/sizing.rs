@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use graticule::field::FieldResult;
-use graticule::mesh::{Element, PerVertex, PolygonSoup, Repaired, VertexId};
+use graticule::mesh::{PerVertex, PolygonSoup, Repaired, VertexId};
 use graticule::periodic::{ChartSize, CurvatureSizing, curvature_density};
 use graticule::watch::Watch;
 use serde::Serialize;
