@@ -42,7 +42,7 @@ enum Chore {
     Papers,
     /// Run every mesh of a folder through the command and compare with the accepted table.
     Corpus(corpus::Options),
-    /// Measure the command on patches of growing size and print the tables of `BENCHMARKS.md`.
+    /// Measure a command on patches of growing size and print the tables of `BENCHMARKS.md`.
     Bench(bench::Options),
     /// Make Table I of PGP06 anew, from the models of a folder.
     Table1(table1::Options),
