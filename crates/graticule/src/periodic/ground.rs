@@ -129,12 +129,12 @@ impl<'a> Ground<'a> {
             };
             solution = self.solved(watch)?;
         }
-        self.warn(&solution, halved, watch);
+        Self::warn(&solution, halved, watch);
         Ok((self, solution))
     }
 
     /// Tells what the coordinates alone do not show.
-    fn warn(&self, solution: &Solution, halved: usize, watch: &Watch) {
+    fn warn(solution: &Solution, halved: usize, watch: &Watch) {
         if solution.released > 0 {
             let message = format!(
                 "{} coordinates beside boundary or feature edges are not on a line: the charts are too \

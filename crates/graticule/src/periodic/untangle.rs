@@ -68,7 +68,9 @@ impl Untangling<'_> {
                 candidates = self.faces_about(&moving);
                 if pass >= SOFT_PASSES {
                     // The barrier is another one.
-                    moving.iter().for_each(|&vertex| is_awake[vertex] = true);
+                    for &vertex in &moving {
+                        is_awake[vertex] = true;
+                    }
                 }
             }
             if moving.is_empty() {
@@ -239,7 +241,7 @@ fn least_area(pass: usize) -> f64 {
 /// harder. The last passes sharpen it, for triangles that a soft one leaves barely inverted.
 fn softness(pass: usize) -> f64 {
     let sharpenings = pass.saturating_sub(SOFT_PASSES) / REFRESH;
-    SOFTEST * 0.75_f64.powi(sharpenings as i32)
+    SOFTEST * libm::pow(0.75, sharpenings as f64)
 }
 
 /// Softness of the barrier for as long as it need not be sharper.
