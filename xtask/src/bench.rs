@@ -1,4 +1,4 @@
-//! Measures `graticule flatten` on patches of growing size, beside the unit of time **L**, and
+//! Measures a command of `graticule`, flattening unless told, on patches of growing size, beside the unit of time **L**, and
 //! prints the tables of `BENCHMARKS.md`.
 //!
 //! L is one analysis and factorisation of the mesh's cotangent Laplacian by `faer`, in `faer`'s own
@@ -22,6 +22,9 @@ pub(crate) struct Options {
     /// Numbers of vertices, about
     #[arg(long, value_delimiter = ',', default_values_t = [10_000, 30_000, 100_000, 300_000, 500_000, 1_000_000])]
     sizes: Vec<u32>,
+    /// Command to measure: flatten or parameterize
+    #[arg(long, default_value = "flatten", value_parser = ["flatten", "parameterize"])]
+    command: String,
     /// Method of flattening
     #[arg(long, default_value = "natural")]
     method: String,
@@ -121,9 +124,11 @@ fn obj(patch: &Fixture) -> String {
 /// Seconds of one run of the command, and its report.
 fn time_command(program: &Path, folder: &Path, options: &Options) -> Result<(f64, Value), Trouble> {
     let start = Instant::now();
+    let is_flattening = options.command == "flatten";
+    let method = is_flattening.then_some(["--method", options.method.as_str()]);
     let output = Command::new(program)
         .args([
-            "flatten",
+            options.command.as_str(),
             "patch.obj",
             "-o",
             "flat.obj",
@@ -131,7 +136,7 @@ fn time_command(program: &Path, folder: &Path, options: &Options) -> Result<(f64
             "report.json",
             "--quiet",
         ])
-        .args(["--method", &options.method])
+        .args(method.into_iter().flatten())
         .args(["--threads", &options.threads.to_string()])
         .current_dir(folder)
         .output()

@@ -8,6 +8,7 @@ mod layers;
 mod papers;
 mod picture;
 mod source;
+mod table1;
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -41,8 +42,10 @@ enum Chore {
     Papers,
     /// Run every mesh of a folder through the command and compare with the accepted table.
     Corpus(corpus::Options),
-    /// Measure the command on patches of growing size and print the tables of `BENCHMARKS.md`.
+    /// Measure a command on patches of growing size and print the tables of `BENCHMARKS.md`.
     Bench(bench::Options),
+    /// Make Table I of PGP06 anew, from the models of a folder.
+    Table1(table1::Options),
     /// Make the picture of the README anew.
     Picture,
 }
@@ -67,6 +70,7 @@ fn run(chore: &Chore) -> Result<String, Trouble> {
         Chore::Papers => papers::check(&root),
         Chore::Corpus(options) => corpus::run(&root, options),
         Chore::Bench(options) => bench::run(&root, options),
+        Chore::Table1(options) => table1::run(&root, options),
         Chore::Picture => picture::run(&root),
     }
 }

@@ -43,6 +43,11 @@ impl FieldArguments {
         self.boundary == Boundary::Free
     }
 
+    /// Whether the curvature is computed.
+    pub(crate) fn follows_curvature(&self) -> bool {
+        self.curvature_radius > 0.0
+    }
+
     /// The library's options, without guides, edges and given singularities.
     pub(crate) fn field_options(&self, seed: u64) -> FieldOptions {
         let default = FieldOptions::default();

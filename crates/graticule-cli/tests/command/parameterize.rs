@@ -87,9 +87,49 @@ fn numbers_out_of_range_are_told_before_any_work() {
         "--chart-size 5 --chart-length 2",
         "--method magic",
         "--curl-range 3",
+        "--chart-angle 0",
+        "--chart-angle 40 --curvature-radius 0",
+        "--relaxations 2 --no-refine",
+        "--halvings 99",
     ] {
         let run = bench.run(&format!("parameterize none.obj -o out.obj {options}"));
         assert_eq!(run.code, 2, "{options}: {}", run.stderr);
     }
     assert_eq!(bench.run("parameterize none.obj -o out.stl").code, 2);
+}
+
+#[test]
+fn charts_have_the_sizes_of_a_file_or_fewer_degrees() {
+    let bench = Bench::with(&grid(3.0, 2.0, 12, 8));
+    let charts = |options: &str| {
+        bench.succeed(&format!(
+            "parameterize patch.obj -o out.obj --chart-length 1 {options} --report report.json"
+        ));
+        let report = bench.json("report.json");
+        assert_eq!(report["measure"]["faces"]["flipped"], 0);
+        report["result"]["charts"].as_f64().unwrap()
+    };
+    let vertices = bench
+        .read("patch.obj")
+        .lines()
+        .filter(|line| line.starts_with("v "))
+        .count();
+    bench.write("halves.txt", &"0.5\n".repeat(vertices));
+    assert!((charts("--sizing halves.txt") - 24.0).abs() < 1e-6);
+    // A plane does not bend.
+    assert!((charts("--chart-angle 20") - 6.0).abs() < 1e-6);
+    bench.write("short.txt", "1 1 1");
+    bench.write("bad.txt", &"-1 ".repeat(vertices));
+    for (sizing, fact) in [
+        ("short.txt", "3 numbers"),
+        ("bad.txt", "number 1 is -1"),
+        ("none.txt", "none.txt"),
+        ("colors", "no colours"),
+    ] {
+        let told = bench.refuse(
+            1,
+            &format!("parameterize patch.obj -o o.obj --sizing {sizing}"),
+        );
+        assert!(told.contains(fact), "{told}");
+    }
 }

@@ -8,7 +8,7 @@ use crate::geometry::{
 };
 use crate::mesh::{Element, PerEdge, PerVertex};
 
-use super::phase_graph::{Link, PhaseGraph};
+use super::phase_graph::{Link, NodeOrder, PhaseGraph};
 use super::{EdgeSteps, QuarterTurn};
 
 /// Which functional is minimised.
@@ -125,6 +125,7 @@ pub(super) fn phase_graph(
     steps: &EdgeSteps,
     weights: &PerEdge<f64>,
     fixed: &PerVertex<[bool; 2]>,
+    order: &NodeOrder,
 ) -> PhaseGraph {
     let areas = vertex_areas(triangulation);
     let mean = areas.iter().sum::<f64>() / areas.len() as f64;
@@ -146,7 +147,7 @@ pub(super) fn phase_graph(
             }
         })
     });
-    PhaseGraph::new(&masses.collect::<Vec<f64>>(), &is_fixed, links)
+    PhaseGraph::new(&masses.collect::<Vec<f64>>(), &is_fixed, order, links)
 }
 
 /// Which coordinate of the destination continues a coordinate of the origin, and whether with the

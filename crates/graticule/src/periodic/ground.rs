@@ -1,21 +1,24 @@
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 use super::alignment::whole_coordinates;
 use super::energy::{energy_weights, phase_graph};
-use super::phase_graph::FIXED;
-use super::refine::refine;
+use super::phase_graph::{FIXED, NodeOrder, mirrored};
+use super::refine::Refinement;
+use super::sizing::denser_about;
 use super::unroll::{FaceKind, VertexFrames, angles_of_phases, face_kinds};
 use super::untangle::Untangling;
 use super::{
     EdgeSteps, EnergyTriangles, GRID_EXTENT, MinimizationReport, ParameterizationReport,
     ParameterizeOptions, PeriodicError, RegularDistortion, SingularElements, edge_steps,
 };
-use crate::field::CrossField;
+use crate::field::{CrossField, phase};
 use crate::geometry::{
-    EdgeLengths, IntrinsicTriangulation, Similarity, face_areas, face_shapes, intrinsic_delaunay,
-    vertex_areas,
+    EdgeLengths, IntrinsicTriangulation, Similarity, intrinsic_delaunay, vertex_areas,
+    vertex_frames,
 };
 use crate::mesh::{EdgeId, Element, FaceId, PerEdge, PerFace, PerVertex, Surface, VertexId};
+use crate::solve::sorted_along_curve;
+use crate::tolerance::NEEDLE_COTANGENT;
 use crate::watch::Watch;
 
 /// What every step stands on.
@@ -28,10 +31,14 @@ pub(super) struct Ground<'a> {
     steps: EdgeSteps,
     density: PerVertex<f64>,
     pub(super) chart_size: f64,
-    mean_edge: f64,
     whole: PerVertex<[bool; 2]>,
     unaligned: usize,
+    /// How often charts were halved so far.
+    halvings: usize,
 }
+
+/// Rings of triangles round singular ones without which distortion is measured once more.
+const RINGS_APART: usize = 2;
 
 /// Most rounds in which whole coordinates are released.
 const RELEASES: usize = 8;
@@ -42,7 +49,7 @@ pub(super) struct Solution {
     pub(super) kinds: PerFace<FaceKind>,
     pub(super) whole: PerVertex<[bool; 2]>,
     minimization: MinimizationReport,
-    refinement_iterations: usize,
+    deviation: Option<f64>,
     inverted_before: usize,
     released: usize,
 }
@@ -55,13 +62,22 @@ impl<'a> Ground<'a> {
         options: &'a ParameterizeOptions,
         similarity: &Similarity,
     ) -> Result<Self, PeriodicError> {
-        let own = IntrinsicTriangulation::of(surface)?;
-        let mean_edge = EdgeLengths::of(surface).mean();
         let wanted = options.chart_size.at_exponent(similarity.exponent());
-        let chart_size = wanted.length(mean_edge, area(surface))?;
+        let chart_size = wanted.length(surface)?;
         let density = PerVertex::from_fn(surface.mesh().vertex_count(), |vertex| {
             scale.map_or(1.0, |scale| scale[vertex]) / chart_size
         });
+        Self::with_density(surface, field, density, options, chart_size)
+    }
+
+    fn with_density(
+        surface: &'a Surface,
+        field: &'a CrossField,
+        density: PerVertex<f64>,
+        options: &'a ParameterizeOptions,
+        chart_size: f64,
+    ) -> Result<Self, PeriodicError> {
+        let own = IntrinsicTriangulation::of(surface)?;
         let steps = edge_steps(&own, field, &density);
         check_steps(&own, &steps)?;
         let mut edges = options.features.clone();
@@ -80,15 +96,72 @@ impl<'a> Ground<'a> {
             steps,
             density,
             chart_size,
-            mean_edge,
             whole,
             unaligned,
+            halvings: 0,
         })
     }
 
+    /// Minimises the energy, unrolls, and turns over what is inverted; where that fails, with charts
+    /// half as wide. Charts are wider than what they are to cover there: the lines round a limb come to
+    /// less than half a period, which rounds to none.
+    pub(super) fn solved_with_room(
+        mut self,
+        watch: &Watch,
+    ) -> Result<(Self, Solution), PeriodicError> {
+        let mut solution = self.solved(watch)?;
+        let mesh = self.surface.mesh();
+        let mut halved = 0;
+        while self.halvings < self.options.halvings && inverted(&solution.kinds).next().is_some() {
+            let faces = inverted(&solution.kinds);
+            let vertices: Vec<VertexId> = faces.flat_map(|face| mesh.triangle(face)).collect();
+            halved += vertices.len() / 3;
+            let denser = denser_about(&self.own, &self.density, &vertices);
+            self = Self {
+                halvings: self.halvings + 1,
+                ..Self::with_density(
+                    self.surface,
+                    self.field,
+                    denser,
+                    self.options,
+                    self.chart_size,
+                )?
+            };
+            solution = self.solved(watch)?;
+        }
+        Self::warn(&solution, halved, watch);
+        Ok((self, solution))
+    }
+
+    /// Tells what the coordinates alone do not show.
+    fn warn(solution: &Solution, halved: usize, watch: &Watch) {
+        if solution.released > 0 {
+            let message = format!(
+                "{} coordinates beside boundary or feature edges are not on a line: the charts are too \
+                 large for what is between these edges",
+                solution.released
+            );
+            watch.warn("lines-released", message);
+        }
+        if halved > 0 {
+            let message = format!(
+                "charts were made smaller about {halved} triangles that are inverted in charts of the \
+                 size asked for"
+            );
+            watch.warn("charts-halved", message);
+        }
+        let left = inverted(&solution.kinds).count();
+        if left > 0 {
+            let message = format!(
+                "{left} triangles are inverted: the charts are too large for the part that they are on"
+            );
+            watch.warn("inverted-triangles", message);
+        }
+    }
+
     /// Minimises the energy, unrolls, and turns over what is inverted.
-    pub(super) fn solved(&self, watch: &Watch) -> Result<Solution, PeriodicError> {
-        let (frames, minimization, refinement_iterations) = self.minimized(watch)?;
+    fn solved(&self, watch: &Watch) -> Result<Solution, PeriodicError> {
+        let (frames, minimization, deviation) = self.minimized(watch)?;
         let kinds = face_kinds(self.surface.mesh(), &frames);
         let mut solution = Solution {
             inverted_before: inverted(&kinds).count(),
@@ -97,7 +170,7 @@ impl<'a> Ground<'a> {
             frames,
             kinds,
             minimization,
-            refinement_iterations,
+            deviation,
         };
         if self.options.untangle {
             self.untangle(&mut solution, watch)?;
@@ -105,25 +178,26 @@ impl<'a> Ground<'a> {
         Ok(solution)
     }
 
-    /// Minimises the energy and unrolls; with the figures, and the iterations of the refinement.
+    /// Minimises the energy and unrolls; with the figures, and how far the result deviates from the
+    /// field, if it was refined.
     fn minimized(
         &self,
         watch: &Watch,
-    ) -> Result<(VertexFrames, MinimizationReport, usize), PeriodicError> {
+    ) -> Result<(VertexFrames, MinimizationReport, Option<f64>), PeriodicError> {
         let functional = Functional::of(self, watch)?;
         let (coordinates, report) = self.phases(&functional, watch)?;
         let mut frames = {
             let _stage = watch.stage("unrolling");
             VertexFrames::new(&functional.triangulation, &functional.steps, coordinates)
         };
-        let mut iterations = 0;
+        let mut deviation = None;
         if self.options.refine {
-            iterations = functional.refined(self, &mut frames, watch)?;
+            deviation = Some(functional.refined(self, &mut frames, watch)?);
         }
         let _stage = watch.stage("unrolling");
         // The integers of the surface's own edges, which are not those of the triangulation.
         let own = VertexFrames::new(&self.own, &self.steps, frames.coordinates);
-        Ok((own, report, iterations))
+        Ok((own, report, deviation))
     }
 
     /// The coordinates of all vertices that minimise the energy, each up to whole numbers.
@@ -137,11 +211,15 @@ impl<'a> Ground<'a> {
             &functional.steps,
             &functional.weights,
             &self.whole,
+            &self.order_of_nodes(),
         );
         let positions = self.surface.positions().as_slice();
-        let nodes = graph.places.iter().enumerate();
-        let free = nodes.filter(|(_, place)| **place != FIXED);
-        let points: Vec<_> = free.map(|(node, _)| positions[node / 2]).collect();
+        let mut points = vec![DVec3::ZERO; graph.count()];
+        for (node, &place) in graph.places.iter().enumerate() {
+            if place != FIXED {
+                points[place as usize] = positions[node / 2];
+            }
+        }
         let (values, report) = self.options.minimizer.run(&graph, &points, watch)?;
         let value = |node: usize| match graph.places[node] {
             FIXED => DVec2::X,
@@ -153,10 +231,38 @@ impl<'a> Ground<'a> {
         Ok((angles_of_phases(&phases), report))
     }
 
+    /// An order and starts of the phase graph's nodes that depend neither on how vertices are numbered
+    /// nor on which of a cross's directions is the first: along a curve through space, the axis first
+    /// that has more of the x axis, forward where that grows. Neighbours are close in memory, too.
+    fn order_of_nodes(&self) -> NodeOrder {
+        let positions = self.surface.positions().as_slice();
+        let vertices = sorted_along_curve((0..positions.len() as u32).collect(), positions);
+        let frames = vertex_frames(self.surface);
+        let directions = self.field.directions_in_space(self.surface, &self.own);
+        let seed = self.options.minimizer.seed();
+        let mut order = NodeOrder {
+            nodes: Vec::with_capacity(2 * positions.len()),
+            starts_from: vec![DVec2::X; 2 * positions.len()],
+        };
+        for vertex in vertices.into_iter().map(VertexId) {
+            let along = directions[vertex];
+            let axes = [along.x, frames[vertex].normal.cross(along).x];
+            let first = u32::from(axes[1].abs() > axes[0].abs());
+            for axis in [first, 1 - first] {
+                let node = 2 * vertex.0 + axis;
+                let start = phase(VertexId::from_index(order.nodes.len()), seed);
+                order.starts_from[node as usize] = mirrored(start, axes[axis as usize] < 0.0);
+                order.nodes.push(node);
+            }
+        }
+        order
+    }
+
     /// Turns inverted triangles over again. Where that fails beside coordinates that must be whole,
     /// these are released, as two lines to follow may be closer than a period.
     fn untangle(&self, solution: &mut Solution, watch: &Watch) -> Result<(), PeriodicError> {
         let mesh = self.surface.mesh();
+        let mut candidates: Vec<FaceId> = mesh.faces().collect();
         for _ in 0..RELEASES {
             let untangling = Untangling {
                 mesh,
@@ -165,21 +271,14 @@ impl<'a> Ground<'a> {
                 whole: &solution.whole,
                 kinds: &solution.kinds,
             };
-            untangling.run(&mut solution.frames, watch)?;
+            untangling.run(candidates, &mut solution.frames, watch)?;
             solution.kinds = face_kinds(mesh, &solution.frames);
             let released = self.release(solution);
             solution.released += released;
             if released == 0 {
                 break;
             }
-        }
-        if solution.released > 0 {
-            let message = format!(
-                "{} coordinates beside boundary or feature edges are not on a line: the charts are too \
-                 large for what is between these edges",
-                solution.released
-            );
-            watch.warn("lines-released", message);
+            candidates = inverted(&solution.kinds).collect();
         }
         Ok(())
     }
@@ -206,7 +305,7 @@ impl<'a> Ground<'a> {
         let faces = self.surface.mesh().face_count();
         ParameterizationReport {
             chart_size,
-            chart_edges: self.chart_size / self.mean_edge,
+            chart_edges: self.chart_size / EdgeLengths::of(self.surface).mean(),
             charts: self.charts(),
             energy: self.options.energy,
             minimization: solution.minimization.clone(),
@@ -220,9 +319,26 @@ impl<'a> Ground<'a> {
             singular_edges: singular.edges.len(),
             singular_vertices: singular.vertices.len(),
             singular_share: singular.face_count() as f64 / faces as f64,
-            refinement_iterations: solution.refinement_iterations,
-            distortion: RegularDistortion::of(self.surface, &solution.frames, &solution.kinds),
+            field_deviation: solution.deviation,
+            halvings: self.halvings,
+            distortion: self.distortion(solution, 0),
+            distortion_apart: self.distortion(solution, RINGS_APART),
         }
+    }
+
+    /// Distortion without what is singular and this many rings of triangles round it.
+    fn distortion(&self, solution: &Solution, rings: usize) -> RegularDistortion {
+        let mesh = self.surface.mesh();
+        let mut counts = solution.kinds.map(|kind| *kind == FaceKind::Regular);
+        for _ in 0..rings {
+            let touches = |face| {
+                mesh.triangle(face)
+                    .iter()
+                    .any(|&vertex| mesh.outgoing(vertex).any(|corner| !counts[corner.face()]))
+            };
+            counts = PerFace::from_fn(mesh.face_count(), |face| !touches(face));
+        }
+        RegularDistortion::of(self.surface, &solution.frames, &counts, &self.density)
     }
 
     /// Area over that of a chart, by the wanted density.
@@ -255,27 +371,49 @@ impl Functional {
     }
 
     /// Refines with the square of the wanted scale taken out of the weights: where lines are dense,
-    /// a miss by the same share of their distance counts as much as elsewhere.
+    /// a miss by the same share of their distance counts as much as elsewhere. Returns the mean angle
+    /// to the field, in degrees.
+    ///
+    /// Each relaxation turns the steps a good way towards the differences that the last solution has,
+    /// as *A Local/Global Approach to Mesh Parameterization* (Liu et al. 2008) does with rotations of
+    /// triangles: what is left of shear comes from a field that no map can follow.
     fn refined(
         &self,
         ground: &Ground<'_>,
         frames: &mut VertexFrames,
         watch: &Watch,
-    ) -> Result<usize, PeriodicError> {
+    ) -> Result<f64, PeriodicError> {
+        let _stage = watch.stage("refinement");
         let (triangulation, steps) = (&self.triangulation, &self.steps);
         let relative = |edge: EdgeId| {
             let ends = triangulation.ends(triangulation.edge_halfedge(edge));
             let [i, j] = ends.map(|vertex| ground.density[vertex] * ground.chart_size);
-            self.weights[edge] / (i * j)
+            self.weights[edge].min(NEEDLE_COTANGENT) / (i * j)
         };
         let weights = PerEdge::new(triangulation.edges().map(relative).collect());
-        refine(triangulation, steps, &weights, &ground.whole, frames, watch)
+        let positions = ground.surface.positions().as_slice();
+        let refinement = Refinement::new(triangulation, steps, weights, &ground.whole, positions)?;
+        let mut turns = PerVertex::filled(positions.len(), 0.0);
+        refinement.solve(&turns, frames)?;
+        for _ in 0..ground.options.relaxations {
+            watch.check()?;
+            turns = refinement.turns(frames).map(|turn| YIELD * turn);
+            refinement.solve(&turns, frames)?;
+        }
+        let areas = vertex_areas(triangulation);
+        let turns = refinement.turns(frames);
+        let sum = |values: &mut dyn Iterator<Item = f64>| values.sum::<f64>();
+        let turned = sum(&mut areas
+            .iter()
+            .zip(&turns)
+            .map(|(area, turn)| area * turn.abs()));
+        Ok(360.0 * turned / sum(&mut areas.iter().copied()))
     }
 }
 
-fn area(surface: &Surface) -> f64 {
-    face_areas(&face_shapes(surface)).iter().sum()
-}
+/// Share of its turn against the field that a relaxation grants to the map. The whole turn would let
+/// the field go after enough relaxations.
+const YIELD: f64 = 0.8;
 
 fn check_steps(
     triangulation: &IntrinsicTriangulation,

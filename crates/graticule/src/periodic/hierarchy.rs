@@ -5,8 +5,6 @@ use glam::DVec2;
 
 use super::minimize::CoarseToFineOptions;
 use super::phase_graph::{Coupling, PhaseGraph, mirrored};
-use crate::field::phase;
-use crate::mesh::{Element, VertexId};
 use crate::watch::{Stopped, Watch};
 
 /// A fine node by its coarse one: `x = rotation · X`, or `rotation · conj X`.
@@ -57,8 +55,11 @@ const COARSEST: usize = 32;
 /// for groups to hold together.
 const STALLED: f64 = 0.8;
 
-/// Sweeps on the coarsest level, and on each other.
+/// Sweeps on the coarsest level.
 const COARSEST_SWEEPS: usize = 50;
+
+/// By how much there are fewer sweeps on the finest level.
+const FINEST_SHARE: usize = 3;
 
 /// Unit vectors of low energy: the form is coarsened as long as nodes hang together, solved on the
 /// coarsest level from seeded phases, and relaxed on each finer one.
@@ -82,7 +83,7 @@ pub(super) fn phases_from_coarse(
         levels.push(level);
     }
     let coarsest = levels.last().map_or(graph, |level| &level.graph);
-    let mut values = seeded_phases(coarsest.count(), options.seed);
+    let mut values = coarsest.starts_from.clone();
     relax(coarsest, &mut values, COARSEST_SWEEPS);
     for depth in (0..levels.len()).rev() {
         watch.check()?;
@@ -91,7 +92,9 @@ pub(super) fn phases_from_coarse(
         let finer = depth
             .checked_sub(1)
             .map_or(graph, |finer| &levels[finer].graph);
-        relax(finer, &mut values, options.sweeps);
+        // The finest level costs more than all others, and has the least left to do.
+        let share = if depth == 0 { FINEST_SHARE } else { 1 };
+        relax(finer, &mut values, options.sweeps.div_ceil(share));
     }
     Ok(values)
 }
@@ -113,11 +116,17 @@ fn coarsened(graph: &PhaseGraph) -> Level {
     let mut diagonal = vec![0.0; count];
     let mut anchors = vec![DVec2::ZERO; count];
     let mut masses = vec![0.0; count];
+    // So that the first member starts where it wants to.
+    let mut starts_from = vec![DVec2::ZERO; count];
     let mut rows = CoarseRows::new(count);
     for fine in in_order_of_groups(&members, count) {
         let member = members[fine];
         let group = member.group as usize;
         let back = mirrored(member.rotation, true);
+        if starts_from[group] == DVec2::ZERO {
+            let start = back.rotate(graph.starts_from[fine]);
+            starts_from[group] = mirrored(start, member.is_mirrored);
+        }
         diagonal[group] += graph.diagonal[fine];
         masses[group] += graph.masses[fine];
         anchors[group] += mirrored(back.rotate(graph.anchors[fine]), member.is_mirrored);
@@ -138,7 +147,7 @@ fn coarsened(graph: &PhaseGraph) -> Level {
             }
         }
     }
-    let graph = PhaseGraph::from_rows(&rows.entries, diagonal, anchors, masses);
+    let graph = PhaseGraph::from_rows(&rows.entries, diagonal, anchors, masses, starts_from);
     Level { graph, members }
 }
 
@@ -266,10 +275,4 @@ fn join_neighbors(graph: &PhaseGraph, members: &mut [Member]) {
             *member = before[coupling.node as usize].linked(coupling);
         }
     }
-}
-
-/// A unit vector for each node, from nowhere but its number and the seed.
-pub(super) fn seeded_phases(count: usize, seed: u64) -> Vec<DVec2> {
-    let nodes = (0..count).map(VertexId::from_index);
-    nodes.map(|node| phase(node, seed)).collect()
 }

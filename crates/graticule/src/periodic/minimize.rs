@@ -191,6 +191,15 @@ impl Minimizer {
         Ok((found.values, report))
     }
 
+    /// What chooses the phases to start from.
+    pub(super) fn seed(&self) -> u64 {
+        match self {
+            Self::CoarseToFine(options) => options.seed,
+            Self::DiffuseAndNormalise(options) => options.start.seed,
+            Self::Newton(options) => options.seed,
+        }
+    }
+
     /// Refuses numbers out of range.
     pub(super) fn check(&self) -> Result<(), PeriodicError> {
         let positive = f64::MIN_POSITIVE..=f64::MAX;

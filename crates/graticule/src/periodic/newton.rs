@@ -1,7 +1,6 @@
 use glam::{DVec2, DVec3};
 
 use super::PeriodicError;
-use super::hierarchy::seeded_phases;
 use super::minimize::{Minimum, NewtonOptions};
 use super::phase_graph::PhaseGraph;
 use crate::solve::{Cholesky, Ordering, Placement, SolveError, Symbolic, SymmetricMatrix};
@@ -60,7 +59,6 @@ pub(super) fn newton(
 struct Newton<'a> {
     graph: &'a PhaseGraph,
     penalty: f64,
-    seed: u64,
     ordering: Ordering,
     factorisations: usize,
 }
@@ -76,7 +74,6 @@ impl<'a> Newton<'a> {
         Ok(Self {
             graph,
             penalty: options.penalty,
-            seed: options.seed,
             ordering: placement.ordering(matrix.lower().pattern())?,
             factorisations: 0,
         })
@@ -89,7 +86,7 @@ impl<'a> Newton<'a> {
         let shift = |node: usize| [SHIFT * graph.masses[node], 0.0, SHIFT * graph.masses[node]];
         let factor = self.factored(&matrix(graph, shift)?)?;
         let components = graph.components();
-        let mut values = seeded_phases(graph.count(), self.seed);
+        let mut values = graph.starts_from.clone();
         for _ in 0..LINEAR_STEPS {
             watch.check()?;
             let side = (0..graph.count()).flat_map(|node| {

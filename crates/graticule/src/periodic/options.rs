@@ -1,6 +1,7 @@
 use super::energy::EnergyKind;
 use super::{Minimizer, PeriodicError};
-use crate::mesh::EdgeId;
+use crate::geometry::{EdgeLengths, face_areas, face_shapes, normalized};
+use crate::mesh::{EdgeId, Surface};
 
 /// How [`parameterize`](super::parameterize()) covers a surface with coordinates.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,8 +20,14 @@ pub struct ParameterizeOptions {
     pub follow_boundary: bool,
     /// Whether the coordinates are solved for once more as real numbers, with the integers kept.
     pub refine: bool,
+    /// How often the final solve is repeated with the field turned towards the map: less shear and
+    /// stretch for lines that follow the field less exactly.
+    pub relaxations: usize,
     /// Whether inverted triangles away from singular ones are turned over again.
     pub untangle: bool,
+    /// How often, at most, charts are halved about triangles that stay inverted, as where a limb is
+    /// thinner than half a chart. Each time everything is computed anew.
+    pub halvings: usize,
 }
 
 impl Default for ParameterizeOptions {
@@ -33,7 +40,9 @@ impl Default for ParameterizeOptions {
             features: Vec::new(),
             follow_boundary: true,
             refine: true,
+            relaxations: 4,
             untangle: true,
+            halvings: 4,
         }
     }
 }
@@ -70,6 +79,16 @@ impl Default for ChartSize {
 }
 
 impl ChartSize {
+    /// The size on a surface, as a length in the unit of its positions.
+    ///
+    /// # Errors
+    /// [`PeriodicError::Option`] unless it is positive and finite.
+    pub fn on(self, surface: &Surface) -> Result<f64, PeriodicError> {
+        let (unit_surface, similarity) = normalized(surface);
+        let wanted = self.at_exponent(similarity.exponent());
+        Ok(similarity.invert_length(wanted.length(&unit_surface)?))
+    }
+
     /// The same size on a surface scaled by two to this power.
     pub(super) fn at_exponent(self, exponent: i32) -> Self {
         match self {
@@ -78,17 +97,20 @@ impl ChartSize {
         }
     }
 
-    /// The size as a length, for a surface with this mean edge and area.
-    pub(super) fn length(self, mean_edge: f64, area: f64) -> Result<f64, PeriodicError> {
+    /// The size as a length.
+    pub(super) fn length(self, surface: &Surface) -> Result<f64, PeriodicError> {
         let (name, value) = match self {
             Self::MeanEdges(count) => ("chart size", count),
             Self::Length(length) => ("chart size", length),
             Self::Count(count) => ("chart count", count),
         };
         let length = match self {
-            Self::MeanEdges(count) => count * mean_edge,
+            Self::MeanEdges(count) => count * EdgeLengths::of(surface).mean(),
             Self::Length(length) => length,
-            Self::Count(count) => (area / count).sqrt(),
+            Self::Count(count) => {
+                let area: f64 = face_areas(&face_shapes(surface)).iter().sum();
+                (area / count).sqrt()
+            }
         };
         let is_good = value.is_finite() && value > 0.0 && length.is_finite() && length > 0.0;
         is_good.then_some(length).ok_or(PeriodicError::Option {

@@ -57,7 +57,7 @@ pub fn parameterize(
     check_counts(surface.mesh(), field, scale, &options.features)?;
     let (unit_surface, similarity) = normalized(surface);
     let ground = Ground::new(&unit_surface, field, scale, options, &similarity)?;
-    let solution = ground.solved(watch)?;
+    let (ground, solution) = ground.solved_with_room(watch)?;
     watch.check()?;
     let _stage = watch.stage("singular elements");
     let Solution { frames, kinds, .. } = &solution;

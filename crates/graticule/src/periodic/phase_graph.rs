@@ -51,10 +51,20 @@ pub(super) struct PhaseGraph {
     /// What fixed nodes pull at each node with.
     pub(super) anchors: Vec<DVec2>,
     pub(super) masses: Vec<f64>,
+    /// Unit vectors to start from.
+    pub(super) starts_from: Vec<DVec2>,
     /// The constant part of the form: weights of links to fixed nodes.
     constant: f64,
     /// The place of each node of the caller among the free ones, or [`FIXED`].
     pub(super) places: Vec<u32>,
+}
+
+/// In which order nodes take turns, and where each starts.
+pub(super) struct NodeOrder {
+    /// All nodes.
+    pub(super) nodes: Vec<u32>,
+    /// A unit vector for each, by its number.
+    pub(super) starts_from: Vec<DVec2>,
 }
 
 /// Stands for no place among the free nodes.
@@ -64,10 +74,12 @@ impl PhaseGraph {
     pub(super) fn new(
         masses: &[f64],
         is_fixed: &[bool],
+        order: &NodeOrder,
         links: impl Iterator<Item = Link> + Clone,
     ) -> Self {
         let mut places = vec![FIXED; masses.len()];
-        let free: Vec<usize> = (0..masses.len()).filter(|&node| !is_fixed[node]).collect();
+        let nodes = order.nodes.iter().map(|&node| node as usize);
+        let free: Vec<usize> = nodes.filter(|&node| !is_fixed[node]).collect();
         for (place, &node) in free.iter().enumerate() {
             places[node] = place as u32;
         }
@@ -77,6 +89,7 @@ impl PhaseGraph {
             diagonal: vec![0.0; free.len()],
             anchors: vec![DVec2::ZERO; free.len()],
             masses: free.iter().map(|&node| masses[node]).collect(),
+            starts_from: free.iter().map(|&node| order.starts_from[node]).collect(),
             constant: 0.0,
             places,
         };
@@ -94,6 +107,7 @@ impl PhaseGraph {
         diagonal: Vec<f64>,
         anchors: Vec<DVec2>,
         masses: Vec<f64>,
+        starts_from: Vec<DVec2>,
     ) -> Self {
         let mut graph = Self {
             starts: Vec::new(),
@@ -102,6 +116,7 @@ impl PhaseGraph {
             diagonal,
             anchors,
             masses,
+            starts_from,
             constant: 0.0,
         };
         graph.collect(rows);

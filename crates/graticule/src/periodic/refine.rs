@@ -1,130 +1,142 @@
+use glam::{DVec2, DVec3};
+
 use crate::geometry::IntrinsicTriangulation;
 use crate::mesh::{EdgeId, Element, PerEdge, PerVertex, VertexId};
-use crate::solve::{
-    ConjugateGradientOptions, IncompleteCholesky, ParallelMatrix, SolveError, SymmetricMatrix,
-    conjugate_gradients,
-};
-use crate::watch::Watch;
+use crate::solve::{Cholesky, Placement, SolveError, Symbolic, SymmetricMatrix};
 
-use super::energy::partner;
-use super::phase_graph::FIXED;
+use super::EdgeSteps;
+use super::energy::{partner, rotor};
 use super::unroll::VertexFrames;
-use super::{EdgeSteps, PeriodicError};
-
-/// Residual of the correction, relative to what is to be corrected: coordinates off by a tenth of a
-/// period come to 1e-5 of one.
-const TOLERANCE: f64 = 1e-4;
 
 /// Keeps coordinates of a component without singularity and without line to follow where they are.
 const SLACK: f64 = 1e-8;
 
-/// Solves for the coordinates as real numbers, with the integers of all edges and the whole
-/// coordinates kept: the minimum of `Σ w |R^-r pⱼ + n − pᵢ − δ|²`, of which the sines and cosines are
-/// an approximation. Returns the iterations of the solver.
+/// Solves for coordinates as real numbers, with the integers of all edges and the whole coordinates
+/// kept: the minimum of `Σ w |R^-r pⱼ + n − pᵢ − δ|²`, of which the sines and cosines are an
+/// approximation.
 ///
-/// The system has one unknown for each coordinate, which along an edge is coupled to one coordinate
-/// of the neighbour, with a sign. `weights` must not be negative.
-pub(super) fn refine(
+/// Two unknowns for each vertex, which an edge couples to one of the neighbour's each, with a sign.
+/// Factored once: each solution after the first costs a fraction of it.
+pub(super) struct Refinement<'a> {
+    triangulation: &'a IntrinsicTriangulation,
+    steps: &'a EdgeSteps,
+    weights: PerEdge<f64>,
+    whole: &'a PerVertex<[bool; 2]>,
+    factor: Cholesky,
+}
+
+impl<'a> Refinement<'a> {
+    /// `weights` must not be negative.
+    pub(super) fn new(
+        triangulation: &'a IntrinsicTriangulation,
+        steps: &'a EdgeSteps,
+        weights: PerEdge<f64>,
+        whole: &'a PerVertex<[bool; 2]>,
+        positions: &[DVec3],
+    ) -> Result<Self, SolveError> {
+        let matrix = matrix(triangulation, steps, &weights, whole)?;
+        let ordering = Placement::at(positions).with_block(2);
+        let ordering = ordering.ordering(matrix.lower().pattern())?;
+        let symbolic = Symbolic::new(&matrix, &ordering)?;
+        Ok(Self {
+            triangulation,
+            steps,
+            weights,
+            whole,
+            factor: Cholesky::factor(&symbolic, &matrix)?,
+        })
+    }
+
+    /// Moves the coordinates to the minimum, for steps turned by the mean of the angles of both
+    /// ends, in whole turns.
+    pub(super) fn solve(
+        &self,
+        turns: &PerVertex<f64>,
+        frames: &mut VertexFrames,
+    ) -> Result<(), SolveError> {
+        let mut load = vec![0.0; 2 * turns.len()];
+        for (edge, &weight) in self.weights.enumerate() {
+            let [i, j] = self.ends(edge);
+            let step = self.steps.of_edge(edge);
+            let wanted = rotor(0.5 * (turns[i] + turns[j])).rotate(step.delta);
+            let miss = self.difference(edge, frames) - wanted;
+            for coordinate in 0..2 {
+                let (there, is_mirrored) = partner(step.turn, coordinate);
+                let pull = weight * miss[coordinate];
+                load[2 * i.index() + coordinate] += pull;
+                load[2 * j.index() + there] += if is_mirrored { pull } else { -pull };
+            }
+        }
+        for (load, is_whole) in load.iter_mut().zip(self.whole.iter().flatten()) {
+            if *is_whole {
+                *load = 0.0;
+            }
+        }
+        let solution = self.factor.solve(&load)?;
+        let places = frames.coordinates.as_mut_slice().iter_mut();
+        for (place, correction) in places.zip(solution.values.chunks_exact(2)) {
+            *place += DVec2::from_slice(correction);
+        }
+        Ok(())
+    }
+
+    /// By how much the differences of the coordinates round each vertex are turned against the
+    /// steps: the best rotation in the sense of least squares.
+    pub(super) fn turns(&self, frames: &VertexFrames) -> PerVertex<f64> {
+        let mut products = PerVertex::filled(frames.coordinates.len(), DVec2::ZERO);
+        for (edge, &weight) in self.weights.enumerate() {
+            // The same in the frames of both ends.
+            let delta = self.steps.of_edge(edge).delta * weight;
+            let difference = self.difference(edge, frames);
+            let product = DVec2::new(delta.dot(difference), delta.perp_dot(difference));
+            for end in self.ends(edge) {
+                products[end] += product;
+            }
+        }
+        products.map(|product| libm::atan2(product.y, product.x) / std::f64::consts::TAU)
+    }
+
+    fn ends(&self, edge: EdgeId) -> [VertexId; 2] {
+        let triangulation = self.triangulation;
+        triangulation.ends(triangulation.edge_halfedge(edge))
+    }
+
+    /// The difference of coordinates along an edge, in the frame of its origin.
+    fn difference(&self, edge: EdgeId, frames: &VertexFrames) -> DVec2 {
+        let [i, j] = self.ends(edge).map(|end| frames.coordinates[end]);
+        frames.jumps[edge].apply(j) - i
+    }
+}
+
+/// The matrix of the corrections; coordinates that are whole are coupled to nothing.
+fn matrix(
     triangulation: &IntrinsicTriangulation,
     steps: &EdgeSteps,
     weights: &PerEdge<f64>,
     whole: &PerVertex<[bool; 2]>,
-    frames: &mut VertexFrames,
-    watch: &Watch,
-) -> Result<usize, PeriodicError> {
-    let _stage = watch.stage("refinement");
-    let mut system = System::new(whole);
+) -> Result<SymmetricMatrix, SolveError> {
+    let is_whole: Vec<bool> = whole.iter().flatten().copied().collect();
+    let mut diagonal = vec![0.0; is_whole.len()];
+    let mut entries = Vec::with_capacity(2 * weights.len() + diagonal.len());
     for (edge, &weight) in weights.enumerate() {
-        system.add_edge(edge, weight, triangulation, steps, frames);
-    }
-    let matrix = system.matrix()?;
-    let options = ConjugateGradientOptions {
-        tolerance: TOLERANCE,
-        ..ConjugateGradientOptions::default()
-    };
-    let preconditioner = IncompleteCholesky::new(&matrix)?;
-    let operator = ParallelMatrix::new(&matrix);
-    let solution = conjugate_gradients(&operator, &preconditioner, &system.load, options, watch)?;
-    for (vertex, places) in system.places.chunks_exact(2).enumerate() {
-        for (coordinate, &place) in places.iter().enumerate() {
-            if place != FIXED {
-                let vertex = VertexId::from_index(vertex);
-                frames.coordinates[vertex][coordinate] += solution.values[place as usize];
-            }
-        }
-    }
-    Ok(solution.iterations)
-}
-
-/// The linear system for the corrections of all coordinates that are not whole.
-struct System {
-    /// The unknown of each coordinate, or [`FIXED`].
-    places: Vec<u32>,
-    diagonal: Vec<f64>,
-    /// Entries off the diagonal, each once.
-    entries: Vec<(usize, usize, f64)>,
-    load: Vec<f64>,
-}
-
-impl System {
-    fn new(whole: &PerVertex<[bool; 2]>) -> Self {
-        let mut count = 0;
-        let places = whole.iter().flatten().map(|&is_whole| {
-            if is_whole {
-                return FIXED;
-            }
-            count += 1;
-            count - 1
-        });
-        let places = places.collect();
-        Self {
-            places,
-            diagonal: vec![0.0; count as usize],
-            entries: Vec::new(),
-            load: vec![0.0; count as usize],
-        }
-    }
-
-    fn add_edge(
-        &mut self,
-        edge: EdgeId,
-        weight: f64,
-        triangulation: &IntrinsicTriangulation,
-        steps: &EdgeSteps,
-        frames: &VertexFrames,
-    ) {
         let [i, j] = triangulation.ends(triangulation.edge_halfedge(edge));
-        let step = steps.of_edge(edge);
-        let at_j = frames.jumps[edge].apply(frames.coordinates[j]);
-        let miss = at_j - frames.coordinates[i] - step.delta;
         for coordinate in 0..2 {
-            let (there, is_mirrored) = partner(step.turn, coordinate);
-            let sign = if is_mirrored { -1.0 } else { 1.0 };
-            let a = self.places[2 * i.index() + coordinate];
-            let b = self.places[2 * j.index() + there];
-            let pull = weight * miss[coordinate];
-            for (place, pull) in [(a, pull), (b, -sign * pull)] {
-                if place != FIXED {
-                    self.diagonal[place as usize] += weight;
-                    self.load[place as usize] += pull;
-                }
-            }
-            if a != FIXED && b != FIXED {
+            let (there, is_mirrored) = partner(steps.of_edge(edge).turn, coordinate);
+            let (a, b) = (2 * i.index() + coordinate, 2 * j.index() + there);
+            diagonal[a] += weight;
+            diagonal[b] += weight;
+            if !is_whole[a] && !is_whole[b] {
                 // An edge from a vertex to itself may couple a coordinate to itself: both halves.
                 let both = if a == b { 2.0 } else { 1.0 };
-                let entry = -sign * weight * both;
-                self.entries.push((b as usize, a as usize, entry));
+                let entry = both * if is_mirrored { weight } else { -weight };
+                entries.push((b, a, entry));
             }
         }
     }
-
-    fn matrix(&self) -> Result<SymmetricMatrix, SolveError> {
-        let mean = self.diagonal.iter().sum::<f64>() / self.diagonal.len().max(1) as f64;
-        // Where no edge has any weight, every number would do.
-        let slack = if mean > 0.0 { SLACK * mean } else { 1.0 };
-        let own = self.diagonal.iter().enumerate();
-        let own = own.map(|(place, &value)| (place, place, value + slack));
-        let entries = self.entries.iter().copied().chain(own);
-        SymmetricMatrix::from_triplets(self.diagonal.len(), entries)
-    }
+    let mean = diagonal.iter().sum::<f64>() / diagonal.len().max(1) as f64;
+    // Where no edge has any weight, every number would do.
+    let slack = if mean > 0.0 { SLACK * mean } else { 1.0 };
+    let own = diagonal.iter().enumerate();
+    entries.extend(own.map(|(place, &value)| (place, place, value + slack)));
+    SymmetricMatrix::from_triplets(diagonal.len(), entries)
 }

@@ -10,6 +10,7 @@ use graticule_fixtures::{
 
 use super::energy::{phase_graph, rotor};
 use super::hierarchy::phases_from_coarse;
+use super::phase_graph::NodeOrder;
 use super::*;
 use crate::field::{
     CrossField, CurlOptions, FieldOptions, FieldResult, Symmetry, cross_field, feature_edges,
@@ -18,6 +19,8 @@ use crate::geometry::{IntrinsicTriangulation, intrinsic_delaunay};
 use crate::measure::SourceTriangle;
 use crate::mesh::{EdgeId, Element, PerVertex, Surface, VertexId};
 use crate::watch::Watch;
+
+mod meshing;
 
 fn surface(fixture: Fixture) -> Surface {
     Surface::from_triangles(fixture.positions, &fixture.triangles).unwrap()
@@ -69,6 +72,14 @@ fn edges(size: f64) -> ParameterizeOptions {
     ParameterizeOptions {
         chart_size: ChartSize::MeanEdges(size),
         ..ParameterizeOptions::default()
+    }
+}
+
+fn as_numbered(vertices: usize) -> NodeOrder {
+    let starts = random_phases(vertices, 21);
+    NodeOrder {
+        nodes: (0..2 * vertices as u32).collect(),
+        starts_from: starts.iter().flatten().copied().collect(),
     }
 }
 
@@ -234,7 +245,8 @@ fn the_quadratic_form_is_the_sum_of_the_edge_energies() {
             phases[vertex][1] = DVec2::X;
         }
     }
-    let graph = phase_graph(&own, &steps, &weights, &fixed);
+    let order = as_numbered(count);
+    let graph = phase_graph(&own, &steps, &weights, &fixed, &order);
     let free = fixed.iter().flatten().zip(phases.iter().flatten());
     let values: Vec<DVec2> = free
         .filter(|(fixed, _)| !**fixed)
@@ -255,7 +267,8 @@ fn a_field_without_curl_has_its_exact_phases_on_the_way_from_coarse_to_fine() {
     let steps = edge_steps(&delaunay, &straight_field(&patch, 1.1), &one(count, 4.0));
     let weights = energy_weights(&delaunay, EnergyKind::Triangle).unwrap();
     let fixed = PerVertex::filled(count, [false; 2]);
-    let graph = phase_graph(&delaunay, &steps, &weights, &fixed);
+    let order = as_numbered(count);
+    let graph = phase_graph(&delaunay, &steps, &weights, &fixed, &order);
     let options = CoarseToFineOptions { sweeps: 1, seed: 3 };
     let values = phases_from_coarse(&graph, options, &Watch::new()).unwrap();
     assert!(graph.energy(&values) < 1e-18 * count as f64);

@@ -17,8 +17,9 @@ const SMOOTHING_PASSES: usize = 40;
 /// Rings of vertices round an inverted triangle that give way.
 const RINGS: usize = 3;
 
-/// Vertices rest when none moves by more than this, in periods.
-const AT_REST: f64 = 1e-4;
+/// Vertices rest when none moves by more than this share of the lowest height in its triangles,
+/// or of a period.
+const AT_REST: f64 = 5e-3;
 
 /// Passes after which the vertices that take part are chosen anew.
 const REFRESH: usize = 5;
@@ -42,41 +43,72 @@ struct Wanted {
 }
 
 impl Untangling<'_> {
-    /// Turns over triangles that are inverted or nearly so, by moving the vertices about them one
-    /// after the other with all integers kept: each goes to the minimum of a distortion of its
+    /// Turns over those of the candidates that are inverted or nearly so, by moving the vertices about
+    /// them one after the other with all integers kept: each goes to the minimum of a distortion of its
     /// triangles whose barrier against inversion is finite
     /// (V. Garanzha et al., *Foldover-free maps in 50 lines of code*, 2021).
     ///
-    /// Triangles that do not close have no say. Returns the number of vertices that took part.
-    pub(super) fn run(&self, frames: &mut VertexFrames, watch: &Watch) -> Result<usize, Stopped> {
+    /// Triangles that do not close have no say. A vertex is passed over until one beside it moves.
+    pub(super) fn run(
+        &self,
+        mut candidates: Vec<FaceId>,
+        frames: &mut VertexFrames,
+        watch: &Watch,
+    ) -> Result<(), Stopped> {
         let _stage = watch.stage("untangling");
         let faces = PerFace::from_fn(self.mesh.face_count(), |face| self.wanted(face));
-        let mut all = 0;
+        let mut is_awake = PerVertex::filled(self.mesh.vertex_count(), true);
         let mut moving = Vec::new();
-        let mut candidates: Vec<FaceId> = self.mesh.faces().collect();
-        for pass in 0..PASSES {
+        let mut pass = 0;
+        while pass < PASSES {
             watch.check()?;
             watch.progress(pass as f64 / PASSES as f64);
             if pass.is_multiple_of(REFRESH) {
-                let least = if pass < SMOOTHING_PASSES {
-                    NEARLY_INVERTED
-                } else {
-                    0.0
-                };
-                moving = self.about_bad_faces(&faces, &candidates, least, frames);
+                moving = self.about_bad_faces(&faces, &candidates, least_area(pass), frames);
                 candidates = self.faces_about(&moving);
-                all = all.max(moving.len());
+                if pass >= SOFT_PASSES {
+                    // The barrier is another one.
+                    for &vertex in &moving {
+                        is_awake[vertex] = true;
+                    }
+                }
             }
-            let largest = moving
-                .iter()
-                .map(|&vertex| self.relax(vertex, &faces, frames))
-                .fold(0.0, f64::max);
-            if largest < AT_REST {
+            if moving.is_empty() {
                 break;
             }
+            let rests = self.pass(&moving, softness(pass), &faces, &mut is_awake, frames);
             moving.reverse();
+            pass = match (rests, pass < SOFT_PASSES) {
+                (false, _) => pass + 1,
+                (true, true) => SOFT_PASSES,
+                (true, false) => (pass / REFRESH + 1) * REFRESH,
+            };
         }
-        Ok(all)
+        Ok(())
+    }
+
+    /// Relaxes the vertices that are awake, in this order; whether all rest.
+    fn pass(
+        &self,
+        moving: &[VertexId],
+        softness: f64,
+        faces: &PerFace<Option<Wanted>>,
+        is_awake: &mut PerVertex<bool>,
+        frames: &mut VertexFrames,
+    ) -> bool {
+        let mut rests = true;
+        for &vertex in moving {
+            if !std::mem::replace(&mut is_awake[vertex], false) {
+                continue;
+            }
+            if self.relax(vertex, faces, softness, frames) >= AT_REST {
+                rests = false;
+                is_awake[vertex] = true;
+                let neighbors = self.mesh.neighbors(vertex);
+                neighbors.for_each(|neighbor| is_awake[neighbor] = true);
+            }
+        }
+        rests
     }
 
     /// The triangle at the size wanted; `None` where it has no say.
@@ -137,11 +169,13 @@ impl Untangling<'_> {
         found
     }
 
-    /// Moves a vertex by a step of Newton's method; how far.
+    /// Moves a vertex by a step of Newton's method; how far, over the lowest height of its triangles
+    /// or a period.
     fn relax(
         &self,
         vertex: VertexId,
         faces: &PerFace<Option<Wanted>>,
+        least: f64,
         frames: &mut VertexFrames,
     ) -> f64 {
         let corners = self.mesh.outgoing(vertex);
@@ -153,7 +187,7 @@ impl Untangling<'_> {
             .iter()
             .map(|corner| corner.determinant(place))
             .fold(1.0, f64::min);
-        let softness = (SHARPEST * SHARPEST + 0.04 * worst.min(0.0).powi(2)).sqrt();
+        let softness = (least * least + 0.04 * worst.min(0.0).powi(2)).sqrt();
         let at = |place| {
             star.iter()
                 .map(|c| c.energy(place, softness))
@@ -161,10 +195,12 @@ impl Untangling<'_> {
         };
         let before = at(place);
         let mut step = before.newton_step(self.whole[vertex]);
-        while step.length() > AT_REST {
+        let steepest = star.iter().map(|c| c.gradient.length()).fold(1.0, f64::max);
+        let rest = AT_REST / steepest;
+        while step.length() > rest {
             if at(place + step).value < before.value {
                 frames.coordinates[vertex] = place + step;
-                return step.length();
+                return step.length() * steepest;
             }
             step *= 0.5;
         }
@@ -192,8 +228,27 @@ impl Untangling<'_> {
     }
 }
 
-/// Least softness of the barrier: it lets determinants be this small without pushing back harder.
-const SHARPEST: f64 = 0.02;
+/// Area over that wanted up to which triangles take part in a pass.
+fn least_area(pass: usize) -> f64 {
+    if pass < SMOOTHING_PASSES {
+        NEARLY_INVERTED
+    } else {
+        0.0
+    }
+}
+
+/// Least softness of the barrier in a pass: it lets determinants be this small without pushing back
+/// harder. The last passes sharpen it, for triangles that a soft one leaves barely inverted.
+fn softness(pass: usize) -> f64 {
+    let sharpenings = pass.saturating_sub(SOFT_PASSES) / REFRESH;
+    SOFTEST * libm::pow(0.75, sharpenings as f64)
+}
+
+/// Softness of the barrier for as long as it need not be sharper.
+const SOFTEST: f64 = 0.02;
+
+/// Passes with the softest barrier.
+const SOFT_PASSES: usize = 100;
 
 /// A triangle by one corner: the Jacobian's rows are linear in the place of that corner.
 struct Corner {
@@ -330,7 +385,7 @@ mod tests {
             rest: [DVec2::X, DVec2::Y],
             area: 0.5,
         };
-        let at = corner.energy(DVec2::ZERO, SHARPEST);
+        let at = corner.energy(DVec2::ZERO, SOFTEST);
         assert!(
             (at.value - 1.0).abs() < 1e-3 && at.slope.length() < 1e-3,
             "{}",

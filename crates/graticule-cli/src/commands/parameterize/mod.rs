@@ -3,9 +3,11 @@
 mod options;
 mod output;
 mod picture;
+mod sizing;
 mod table;
 
 use graticule::field::{FieldResult, cross_field, feature_edges};
+use graticule::measure::measure_map;
 use graticule::mesh::{PolygonSoup, Repaired, Surface};
 use graticule::periodic::{Parameterization, parameterize};
 
@@ -45,6 +47,11 @@ pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {
         outcome.files.push((path.clone(), text.into_bytes()));
     }
     let coordinates = output::polygon_coordinates(&repaired, &found.map);
+    {
+        let _stage = session.watch.stage("measure");
+        let measure = measure_map(&repaired.surface, &coordinates, &session.watch)?;
+        outcome.report.measure = to_value(&measure)?;
+    }
     let (values, value_of_corner) =
         uvs::distinct_at_vertices(repaired.surface.mesh(), &coordinates);
     let soup = uvs::put_at_corners(input.soup, &repaired, values, &value_of_corner);
@@ -72,6 +79,8 @@ impl Found {
         wanted.features.edges = edges;
         wanted.strokes.extend(beside);
         let field = cross_field(surface, &wanted, &session.watch)?;
+        let sizing = options.sizing();
+        let density = sizing.density(&field, soup, repaired, &session.watch)?;
         let mut options = options.parameterize_options(seed);
         options.features = wanted.features.edges;
         if let Some(dihedral) = wanted.features.dihedral {
@@ -80,8 +89,8 @@ impl Found {
         }
         options.features.sort_unstable();
         options.features.dedup();
-        let scale = field.scale.as_ref();
-        let map = parameterize(surface, &field.field, scale, &options, &session.watch)?;
+        let density = density.as_ref();
+        let map = parameterize(surface, &field.field, density, &options, &session.watch)?;
         Ok(Self { field, map })
     }
 }

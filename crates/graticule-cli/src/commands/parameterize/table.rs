@@ -1,6 +1,6 @@
 //! Periodic coordinates at a glance.
 
-use graticule::periodic::Parameterization;
+use graticule::periodic::{Parameterization, RegularDistortion};
 
 use crate::tables::{Table, counted, figure};
 
@@ -36,15 +36,22 @@ pub(super) fn table(map: &Parameterization) -> Table {
         "kept on lines",
         format!("{whole}; {released} released, {unaligned} not aligned"),
     );
-    let distortion = &report.distortion;
-    let left = figure(100.0 * distortion.left_out_area);
-    table.row(
-        "distortion",
+    let sentence = |distortion: &RegularDistortion| {
         format!(
-            "stretch {}, shear {}, without {left} % of the area",
+            "stretch {} ({} at the scale wanted), shear {}, without {} % of the area",
             figure(distortion.stretch),
-            figure(distortion.shear)
-        ),
-    );
+            figure(distortion.stretch_at_scale),
+            figure(distortion.shear),
+            figure(100.0 * distortion.left_out_area)
+        )
+    };
+    table.row("distortion", sentence(&report.distortion));
+    table.row("two rings apart", sentence(&report.distortion_apart));
+    if let Some(deviation) = report.field_deviation {
+        table.row(
+            "off the field",
+            format!("{}° on average", figure(deviation)),
+        );
+    }
     table
 }

@@ -8,6 +8,7 @@ mod graph;
 mod placement;
 mod separator;
 
+pub(crate) use dissection::sorted_along_curve;
 pub use graph::Graph;
 pub use placement::Placement;
 
