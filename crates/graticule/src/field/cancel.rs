@@ -3,7 +3,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde::Serialize;
 
 use super::angle_fit::{AngleFit, STIFFENED_SOLVES};
-use super::disk::{DiskFinder, EdgeGraph};
+use super::disk::DiskFinder;
 use super::face_path::{End, FacePath, FacePathFinder};
 use super::matching::Matching;
 use super::{CrossField, FieldDomain, FieldError, Guidance};
@@ -52,9 +52,8 @@ impl FieldDomain<'_> {
         watch: &Watch,
     ) -> Result<(CrossField, Cancellation), FieldError> {
         let _stage = watch.stage("cancelling pairs");
-        let before = self.singularities(field).count();
-        let graph = EdgeGraph::of(self.surface());
-        let mut run = Canceller::new(self, field, guidance, options, &graph);
+        let mut run = Canceller::new(self, field, guidance, options);
+        let before = run.count();
         loop {
             let pairs = run.untried_pairs();
             if pairs.is_empty() {
@@ -71,7 +70,7 @@ impl FieldDomain<'_> {
         let report = Cancellation {
             pairs_tried: run.tried.len(),
             singularities_before: before,
-            singularities_after: self.singularities(&field).count(),
+            singularities_after: run.count(),
         };
         Ok((field, report))
     }
@@ -119,7 +118,6 @@ impl<'a> Canceller<'a> {
         field: &CrossField,
         guidance: &'a Guidance,
         options: &CancelOptions,
-        graph: &'a EdgeGraph<'a>,
     ) -> Self {
         let matching = Matching::nearest(domain, field);
         let step = field.symmetry().step();
@@ -134,8 +132,13 @@ impl<'a> Canceller<'a> {
             matching,
             tried: BTreeSet::new(),
             paths: FacePathFinder::new(domain.surface()),
-            disks: DiskFinder::new(graph),
+            disks: DiskFinder::new(domain.edge_graph()),
         }
+    }
+
+    /// The number of singular triangles.
+    fn count(&self) -> usize {
+        self.steps.iter().filter(|&&steps| steps != 0).count()
     }
 
     /// For each singularity of positive sign the nearest of negative sign that it was not tried with,
@@ -253,16 +256,17 @@ impl<'a> Canceller<'a> {
     /// The vertices around both that are not held.
     fn region(&mut self, pair: &Pair) -> Vec<VertexId> {
         let least = LEAST_REACH * self.domain.mean_edge_length();
-        let radius = (REACH * pair.path.length).max(least);
-        let mesh = self.domain.surface().mesh();
+        let radius = (std::env::var("G_REACH").ok().and_then(|v| v.parse().ok()).unwrap_or(REACH) * pair.path.length).max(least);
+        let (mesh, graph) = (self.domain.surface().mesh(), self.domain.edge_graph());
         let mut disk = Vec::new();
         let mut region = Vec::new();
         for corner in [pair.positive, pair.negative]
             .map(|face| mesh.triangle(face))
             .concat()
         {
-            self.disks.find(corner, radius, MOST_VERTICES, &mut disk);
-            region.extend(disk.iter().map(|entry| entry.vertex));
+            let rank = graph.rank(corner);
+            self.disks.find(rank, radius, MOST_VERTICES, &mut disk);
+            region.extend(disk.iter().map(|entry| graph.vertices()[entry.rank as usize]));
         }
         region.sort_unstable();
         region.dedup();

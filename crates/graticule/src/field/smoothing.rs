@@ -1,10 +1,12 @@
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use serde::Serialize;
 
-use super::diffusion::{Diffusion, System};
+use super::diffusion::{Diffusion, Nodes, System};
+use super::hierarchy::{Hierarchy, Stiffness};
 use super::{CrossField, FieldError, Guidance};
 use crate::geometry::IntrinsicTriangulation;
 use crate::mesh::PerVertex;
+use crate::tolerance::{FIELD_AT_REST, FREE_FIELD_AT_REST, SWEPT_FIELD_AT_REST};
 use crate::watch::Watch;
 
 /// How a field is smoothed.
@@ -43,9 +45,11 @@ pub struct SmoothField {
 /// Figures of a smoothing.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SmoothingReport {
-    /// Steps taken.
+    /// Steps of diffusion and normalisation on the coarsest level.
     pub steps: usize,
-    /// Mean change of the free unit vectors in the last step.
+    /// Levels from coarse to fine; 1 where the surface itself was coarse enough.
+    pub levels: usize,
+    /// Mean change of the free unit vectors in the last step or, with more levels, sweep.
     pub last_change: f64,
     /// How much the field turns, `Σ w |uⱼ - r uᵢ|²`; without unit.
     pub smoothness_energy: f64,
@@ -82,31 +86,88 @@ pub fn smooth_field(
     check_share(options.smoothing)?;
     let _stage = watch.stage("field smoothing");
     let system = System::new(triangulation, guidance, options.smoothing)?;
-    let mut run = Diffusion::new(&system, positions, watch)?;
-    let start = run.start(options.seed)?;
-    let patience = if system.is_unguided() { 10 } else { 1 };
-    let steps = options.steps.saturating_mul(patience);
-    let free = run.descend(start, steps, watch)?;
-    let powers = system.with_fixed(&free);
-    let Diffusion {
-        residual,
-        steps,
-        last_change,
-        ..
-    } = run;
+    let found = Coarse::to_fine(&system, positions, options, watch)?;
+    let powers = system.with_fixed(&found.values);
     Ok(SmoothField {
         report: SmoothingReport {
-            steps,
-            last_change,
+            steps: found.steps,
+            levels: found.levels,
+            last_change: found.last_change,
             smoothness_energy: system.connection.energy(&powers),
             guidance_energy: system.guidance_energy(&powers),
-            residual,
+            residual: found.residual,
         },
         field: CrossField::from_angles(
             guidance.symmetry(),
             powers.map(|&power| guidance.symmetry().root(power)),
         ),
     })
+}
+
+fn env(name: &str, default: f64) -> f64 {
+    std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(default)
+}
+
+/// Most nodes of the coarsest level: few enough for its factorisation to cost less than the rest,
+/// enough for its field to have the singularities of the finest.
+const COARSEST: usize = 4000;
+
+/// Most sweeps on each finer level, forth and back.
+const SWEEPS: usize = 30;
+
+/// Unit vectors found from coarse to fine.
+struct Coarse {
+    values: Vec<DVec2>,
+    steps: usize,
+    levels: usize,
+    last_change: f64,
+    residual: f64,
+}
+
+impl Coarse {
+    fn to_fine(
+        system: &System,
+        positions: &PerVertex<DVec3>,
+        options: &SmoothingOptions,
+        watch: &Watch,
+    ) -> Result<Self, FieldError> {
+        let graph = system.graph();
+        let hierarchy = Hierarchy::new(&graph, env("G_COARSEST", COARSEST as f64) as usize, if env("G_SOFT", 1.0) > 0.5 {Stiffness::Rescaled} else {Stiffness::Kept}, watch)?;
+        let nodes = Nodes {
+            weights: hierarchy.sums(system.at_free(&system.weights)),
+            points: hierarchy.points(system.at_free(positions)),
+        };
+        let (at_rest, patience) = if system.is_unguided() {
+            (FREE_FIELD_AT_REST, 10)
+        } else {
+            (FIELD_AT_REST, 1)
+        };
+        let mut run = Diffusion::new(hierarchy.coarsest(), &nodes, at_rest, watch)?;
+        let start = run.start(options.seed)?;
+        let steps = options.steps.saturating_mul(patience);
+        let coarse = run.descend(start, steps, watch)?;
+        let mut last_change = run.last_change;
+        let sweeps = env("G_SWEEPS", SWEEPS as f64) as usize;
+        let rest = env("G_REST", SWEPT_FIELD_AT_REST);
+        let values = hierarchy.carried_down(coarse, watch, |graph, values| {
+            for k in 0..sweeps {
+                last_change = graph.relax_units(values);
+                if last_change < rest {
+                    if env("G_SAY", 0.0) > 0.0 { eprintln!("{} nodes {} sweeps", graph.count(), k); }
+                    break;
+                }
+                watch.check()?;
+            }
+            Ok::<_, FieldError>(())
+        })?;
+        Ok(Self {
+            values,
+            steps: run.steps,
+            levels: hierarchy.depth() + 1,
+            last_change,
+            residual: run.residual,
+        })
+    }
 }
 
 /// Refuses a share of smoothness that is none.

@@ -1,12 +1,13 @@
 use glam::DVec3;
 
+use super::curvature::curvatures_on;
 use super::report::counts_by_index;
 use super::{
     CancelOptions, Cancellation, CrossField, FieldDomain, FieldError, FieldOptions, FieldReport,
     Guidance, Prescription, PrincipalCurvature, Singularities, SingularityPlan, Stroke, Symmetry,
-    feature_edges, principal_curvatures, smooth_field,
+    feature_edges, smooth_field,
 };
-use crate::geometry::{Similarity, normalized, vertex_areas, vertex_frames};
+use crate::geometry::{Similarity, normalized, vertex_frames};
 use crate::mesh::{PerVertex, Surface, Topology};
 use crate::tolerance::INDEX_ROUNDING;
 use crate::watch::Watch;
@@ -128,9 +129,11 @@ impl Ground<'_> {
     ) -> Result<Option<PerVertex<PrincipalCurvature>>, FieldError> {
         let wanted = self.options.curvature;
         let wanted = wanted.filter(|_| self.options.symmetry != Symmetry::Vector);
-        let (surface, triangulation) = (self.domain.surface(), self.domain.triangulation());
-        let found =
-            wanted.map(|wanted| principal_curvatures(surface, triangulation, &wanted, watch));
+        let domain = self.domain;
+        let (surface, triangulation) = (domain.surface(), domain.triangulation());
+        let found = wanted.map(|wanted| {
+            curvatures_on(surface, triangulation, domain.edge_graph(), &wanted, watch)
+        });
         Ok(found.transpose()?)
     }
 
@@ -270,7 +273,7 @@ impl Ground<'_> {
             return [None; 2];
         };
         let [mut deviations, mut weights, mut total] = [0.0; 3];
-        for (vertex, &area) in vertex_areas(self.domain.triangulation()).enumerate() {
+        for (vertex, &area) in self.domain.areas().enumerate() {
             let curvature = curvatures[vertex];
             let weight = area * curvature.confidence;
             let off = field

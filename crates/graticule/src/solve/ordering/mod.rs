@@ -134,6 +134,12 @@ impl Ordering {
     }
 }
 
+/// The numbers of the points along a curve that fills space: what is near in it is near in space.
+pub(crate) fn along_curve(points: &[DVec3]) -> Vec<u32> {
+    let all = (0..points.len() as u32).collect();
+    dissection::sorted_along_curve(all, &to_unit_size(points))
+}
+
 /// The points moved and scaled into `-1..=1`; the origin in place of those that are not finite.
 fn to_unit_size(points: &[DVec3]) -> Vec<DVec3> {
     let finite = || points.iter().filter(|point| point.is_finite());
