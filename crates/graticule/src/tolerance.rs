@@ -208,7 +208,7 @@ pub const NO_DIRECTION: f64 = 1e-12;
 
 /// Mean weight of guidance up to which a field counts as unguided: that of curvature on a finely
 /// sampled sphere, where it is nothing but the triangles.
-pub const FAINT_GUIDANCE: f64 = 1e-2;
+pub const FAINT_GUIDANCE: f64 = 3e-2;
 
 /// Mean change of unit vectors in one step below which a guided field is at rest.
 ///

@@ -13,10 +13,6 @@ use crate::tolerance::{ANGLE_ANCHOR, EDGE_WEIGHT_RANGE, WIDEST_TURN};
 /// Solves for guidance, whose pull weakens where the field cannot follow: each needs the one before.
 const GUIDED_SOLVES: usize = 4;
 
-fn env(name: &str, default: f64) -> f64 {
-    std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(default)
-}
-
 /// Solves in which edges that turn too far are stiffened, where a fit should not give up.
 pub(super) const STIFFENED_SOLVES: usize = 8;
 
@@ -87,7 +83,7 @@ impl<'a> AngleFit<'a> {
         };
         run.solve(angles, 0.0)?;
         if free.iter().any(|&v| self.guidance.pull(v).length() > 0.0) {
-            for _ in 0..env("G_GUIDED", GUIDED_SOLVES as f64) as usize {
+            for _ in 0..GUIDED_SOLVES {
                 run.solve(angles, 1.0)?;
             }
         }

@@ -1,9 +1,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 
+use glam::DVec3;
 use serde::Serialize;
 
 use super::angle_fit::{AngleFit, STIFFENED_SOLVES};
-use super::disk::DiskFinder;
+use super::disk::{Ball, DiskFinder};
 use super::face_path::{End, FacePath, FacePathFinder};
 use super::matching::Matching;
 use super::{CrossField, FieldDomain, FieldError, Guidance};
@@ -77,13 +78,13 @@ impl FieldDomain<'_> {
 }
 
 /// Radius of the disk that is smoothed anew around either singularity, over their distance.
-const REACH: f64 = 2.0;
+const REACH: f64 = 1.5;
 
 /// The least such radius, in mean edge lengths.
 const LEAST_REACH: f64 = 3.0;
 
 /// Most vertices in such a disk.
-const MOST_VERTICES: usize = 20_000;
+const MOST_VERTICES: usize = 1_000;
 
 /// A singularity, and the way to one of opposite sign.
 struct Pair {
@@ -256,17 +257,26 @@ impl<'a> Canceller<'a> {
     /// The vertices around both that are not held.
     fn region(&mut self, pair: &Pair) -> Vec<VertexId> {
         let least = LEAST_REACH * self.domain.mean_edge_length();
-        let radius = (std::env::var("G_REACH").ok().and_then(|v| v.parse().ok()).unwrap_or(REACH) * pair.path.length).max(least);
+        let radius = (REACH * pair.path.length).max(least);
         let (mesh, graph) = (self.domain.surface().mesh(), self.domain.edge_graph());
         let mut disk = Vec::new();
         let mut region = Vec::new();
-        for corner in [pair.positive, pair.negative]
-            .map(|face| mesh.triangle(face))
-            .concat()
-        {
-            let rank = graph.rank(corner);
-            self.disks.find(rank, radius, MOST_VERTICES, &mut disk);
-            region.extend(disk.iter().map(|entry| graph.vertices()[entry.rank as usize]));
+        for face in [pair.positive, pair.negative] {
+            let corners = mesh.triangle(face).map(|vertex| graph.rank(vertex));
+            let center = self
+                .domain
+                .surface()
+                .corner_positions(face)
+                .iter()
+                .sum::<DVec3>()
+                / 3.0;
+            let ball = Ball { center, radius };
+            self.disks
+                .find_in(&ball, &corners, MOST_VERTICES, &mut disk);
+            region.extend(
+                disk.iter()
+                    .map(|entry| graph.vertices()[entry.rank as usize]),
+            );
         }
         region.sort_unstable();
         region.dedup();
@@ -292,7 +302,7 @@ mod tests {
     use crate::field::{Singularities, Symmetry};
     use crate::geometry::vertex_frames;
     use crate::mesh::Surface;
-    use glam::{DVec2, DVec3};
+    use glam::DVec2;
     use graticule_fixtures::disk;
 
     /// A cross field on a flat disk of radius 1 with a quarter-pole of sign `steps` at each place.

@@ -63,20 +63,19 @@ pub fn principal_curvatures(
     options: &CurvatureOptions,
     watch: &Watch,
 ) -> Result<PerVertex<PrincipalCurvature>, Stopped> {
-    let graph = EdgeGraph::of(surface);
-    curvatures_on(surface, triangulation, &graph, options, watch)
+    let planes = TangentPlanes::of(surface, triangulation);
+    curvatures_on(planes, &EdgeGraph::of(surface), options, watch)
 }
 
-/// The same where the edges of the surface are at hand.
+/// The same where tangent planes and edges of the surface are at hand.
 pub(super) fn curvatures_on(
-    surface: &Surface,
-    triangulation: &IntrinsicTriangulation,
+    planes: TangentPlanes<'_>,
     graph: &EdgeGraph,
     options: &CurvatureOptions,
     watch: &Watch,
 ) -> Result<PerVertex<PrincipalCurvature>, Stopped> {
     let _stage = watch.stage("curvature");
-    let estimator = Estimator::new(surface, triangulation, graph, *options);
+    let estimator = Estimator::new(planes, graph, *options);
     let vertices = graph.vertices();
     let chunks: Result<Vec<Vec<_>>, Stopped> = (0..vertices.len().div_ceil(CHUNK))
         .into_par_iter()
@@ -138,8 +137,18 @@ impl Bend {
         if self.area <= 0.0 {
             return DMat3::ZERO;
         }
-        let [DVec3 { x: xx, y: yy, z: zz }, DVec3 { x: yz, y: zx, z: xy }] =
-            [self.diagonal, self.mixed].map(|part| part * (0.5 / self.area));
+        let [
+            DVec3 {
+                x: xx,
+                y: yy,
+                z: zz,
+            },
+            DVec3 {
+                x: yz,
+                y: zx,
+                z: xy,
+            },
+        ] = [self.diagonal, self.mixed].map(|part| part * (0.5 / self.area));
         DMat3::from_cols(
             DVec3::new(xx, xy, zx),
             DVec3::new(xy, yy, yz),
@@ -149,20 +158,16 @@ impl Bend {
 }
 
 impl<'a> Estimator<'a> {
-    fn new(
-        surface: &'a Surface,
-        triangulation: &'a IntrinsicTriangulation,
-        graph: &'a EdgeGraph,
-        options: CurvatureOptions,
-    ) -> Self {
+    fn new(planes: TangentPlanes<'a>, graph: &'a EdgeGraph, options: CurvatureOptions) -> Self {
+        let (surface, triangulation) = (planes.surface, planes.triangulation);
         let lengths = EdgeLengths::of(surface);
         let areas = vertex_areas(triangulation);
         let bends = vertex_bends(surface, &lengths, &areas);
         Self {
-            planes: TangentPlanes::of(surface, triangulation),
             bends: graph.vertices().iter().map(|&v| bends[v]).collect(),
             radii: radii(graph, options.radius * lengths.mean()),
             flat: FLAT_CURVATURE / radius_of_gyration(surface, &areas),
+            planes,
             graph,
         }
     }
@@ -227,7 +232,6 @@ fn radius_of_gyration(surface: &Surface, areas: &PerVertex<f64>) -> f64 {
 
 /// The radius of each disk, by rank: `radius`, but no more than [`FINE_DISK`] of the edges there.
 fn radii(graph: &EdgeGraph, radius: f64) -> Vec<f64> {
-    let fine: f64 = std::env::var("G_FINE").ok().and_then(|v| v.parse().ok()).unwrap_or(FINE_DISK);
     let means = graph.mean_lengths();
     let around = |rank: u32| {
         let ends = graph.at(rank);
@@ -235,7 +239,9 @@ fn radii(graph: &EdgeGraph, radius: f64) -> Vec<f64> {
         (means[rank as usize] + sum) / (ends.len() + 1) as f64
     };
     let ranks = 0..means.len() as u32;
-    ranks.map(|rank| radius.min(fine * around(rank))).collect()
+    ranks
+        .map(|rank| radius.min(FINE_DISK * around(rank)))
+        .collect()
 }
 
 /// For each vertex the sum over its edges of dihedral angle × length × direction ⊗ direction.

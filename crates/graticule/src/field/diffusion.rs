@@ -84,7 +84,10 @@ impl System {
                 is_mirrored: false,
                 factor: rotation * weight,
             };
-            [(i, coupling(j, edge.conjugate())), (j, coupling(i, edge.rotation))]
+            [
+                (i, coupling(j, edge.conjugate())),
+                (j, coupling(i, edge.rotation)),
+            ]
         });
         let masses = self.at_free(&self.masses);
         PhaseGraph::from_rows(rows, diagonal, self.constant_side(), masses)
@@ -199,7 +202,12 @@ impl<'a> Diffusion<'a> {
         let Some((matrix, factor)) = &self.solver else {
             return Ok(Vec::new());
         };
-        let parts = self.graph.anchors.iter().zip(&self.graph.masses).zip(powers);
+        let parts = self
+            .graph
+            .anchors
+            .iter()
+            .zip(&self.graph.masses)
+            .zip(powers);
         let side = parts.map(|((&anchor, &mass), &power)| {
             let value = anchor + power * (DIFFUSION_STEP * mass);
             c64::new(value.x, value.y)
@@ -260,9 +268,8 @@ fn factored(
 
 /// The matrix of smoothness, guidance and one step of diffusion, complex and Hermitian.
 fn matrix(graph: &PhaseGraph, weights: &[f64]) -> Result<HermitianMatrix, FieldError> {
-    let own = |node: usize| {
-        graph.diagonal[node] + weights[node] + DIFFUSION_STEP * graph.masses[node]
-    };
+    let own =
+        |node: usize| graph.diagonal[node] + weights[node] + DIFFUSION_STEP * graph.masses[node];
     let diagonal = (0..graph.count()).map(|node| (node, node, own(node)));
     let lower = || {
         (0..graph.count()).flat_map(|node| {

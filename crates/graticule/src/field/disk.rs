@@ -98,6 +98,8 @@ pub(super) struct DiskFinder<'a> {
     places: Vec<u32>,
     found: Vec<Found>,
     outside: Vec<u32>,
+    /// Places of vertices whose edges are to be gone over again, as their paths became shorter.
+    waiting: Vec<u32>,
     heap: BinaryHeap<Near>,
 }
 
@@ -118,6 +120,7 @@ impl<'a> DiskFinder<'a> {
             places: vec![ABSENT; graph.vertices.len()],
             found: Vec::new(),
             outside: Vec::new(),
+            waiting: Vec::new(),
             heap: BinaryHeap::new(),
         }
     }
@@ -132,16 +135,33 @@ impl<'a> DiskFinder<'a> {
         limit: usize,
         disk: &mut Vec<DiskVertex>,
     ) -> f64 {
+        let ball = Ball {
+            center: self.graph.points[center as usize],
+            radius,
+        };
+        self.find_in(&ball, &[center], limit, disk)
+    }
+
+    /// The same around a point, whose nearest vertices are given.
+    pub(super) fn find_in(
+        &mut self,
+        ball: &Ball,
+        nearest: &[u32],
+        limit: usize,
+        disk: &mut Vec<DiskVertex>,
+    ) -> f64 {
         disk.clear();
-        let longest = DISK_DETOUR * radius;
-        let radius = if self.flood(center, radius, limit) {
-            while self.found.iter().any(|found| found.path > longest) && self.shorten() {}
+        let longest = DISK_DETOUR * ball.radius;
+        let radius = if self.flood(ball, nearest, limit) {
+            if self.found.iter().any(|found| found.path > longest) {
+                self.shorten();
+            }
             let reached = self.found.iter().filter(|found| found.path <= longest);
             disk.extend(reached.map(Found::in_disk));
-            radius
+            ball.radius
         } else {
             self.forget();
-            self.find_nearest(center, radius, limit, disk)
+            self.find_nearest(ball, nearest, limit, disk)
         };
         self.forget();
         for entry in disk.iter_mut() {
@@ -152,17 +172,18 @@ impl<'a> DiskFinder<'a> {
 
     /// Finds all that hangs together inside the ball, with some paths; `false` if that is more than
     /// the limit. On good triangles these paths are short enough already.
-    fn flood(&mut self, center: u32, radius: f64, limit: usize) -> bool {
-        let ball = Ball {
-            center: self.graph.points[center as usize],
-            square: radius * radius,
-        };
-        self.reach(center, 0.0, &ball);
+    fn flood(&mut self, ball: &Ball, nearest: &[u32], limit: usize) -> bool {
+        self.reach_nearest(ball, nearest);
         let mut next = 0;
         while let Some(&Found { rank, path, .. }) = self.found.get(next) {
             next += 1;
             for &(neighbor, length) in self.graph.at(rank) {
-                self.reach(neighbor, path + length, &ball);
+                if self.reach(neighbor, path + length, ball) {
+                    let place = self.places[neighbor as usize];
+                    if (place as usize) < next {
+                        self.waiting.push(place);
+                    }
+                }
             }
             if self.found.len() > limit {
                 return false;
@@ -171,40 +192,36 @@ impl<'a> DiskFinder<'a> {
         true
     }
 
-    /// Goes over all edges inside the ball once; whether that has shortened any path.
-    fn shorten(&mut self) -> bool {
-        let graph = self.graph;
-        let mut any = false;
-        for place in 0..self.found.len() {
-            let Found { rank, path, .. } = self.found[place];
-            for &(neighbor, length) in graph.at(rank) {
+    /// Shortens paths until none can be.
+    fn shorten(&mut self) {
+        let mut next = 0;
+        while let Some(&place) = self.waiting.get(next) {
+            next += 1;
+            let Found { rank, path, .. } = self.found[place as usize];
+            for &(neighbor, length) in self.graph.at(rank) {
                 let there = self.places[neighbor as usize];
                 if there < OUTSIDE && path + length < self.found[there as usize].path {
                     self.found[there as usize].path = path + length;
-                    any = true;
+                    self.waiting.push(there);
                 }
             }
         }
-        any
     }
 
     /// The nearest vertices up to the limit, and the radius.
     fn find_nearest(
         &mut self,
-        center: u32,
-        radius: f64,
+        ball: &Ball,
+        nearest: &[u32],
         limit: usize,
         disk: &mut Vec<DiskVertex>,
     ) -> f64 {
-        let ball = Ball {
-            center: self.graph.points[center as usize],
-            square: radius * radius,
-        };
-        self.reach(center, 0.0, &ball);
-        self.heap.push(Near {
-            path: 0.0,
-            rank: center,
-        });
+        self.reach_nearest(ball, nearest);
+        let reached = self
+            .found
+            .iter()
+            .map(|&Found { path, rank, .. }| Near { path, rank });
+        self.heap.extend(reached);
         let mut farthest = 0.0_f64;
         while let Some(Near { path, rank }) = self.heap.pop() {
             let found = self.found[self.places[rank as usize] as usize];
@@ -218,12 +235,20 @@ impl<'a> DiskFinder<'a> {
             }
             for &(rank, length) in self.graph.at(rank) {
                 let path = path + length;
-                if path <= DISK_DETOUR * radius && self.reach(rank, path, &ball) {
+                if path <= DISK_DETOUR * ball.radius && self.reach(rank, path, ball) {
                     self.heap.push(Near { path, rank });
                 }
             }
         }
-        radius
+        ball.radius
+    }
+
+    /// The vertices that paths start from, by the straight way.
+    fn reach_nearest(&mut self, ball: &Ball, nearest: &[u32]) {
+        for &rank in nearest {
+            let path = self.graph.points[rank as usize].distance(ball.center);
+            self.reach(rank, path, ball);
+        }
     }
 
     /// Whether this is the shortest path so far to a vertex of the ball.
@@ -232,7 +257,7 @@ impl<'a> DiskFinder<'a> {
             OUTSIDE => false,
             ABSENT => {
                 let square = self.graph.points[rank as usize].distance_squared(ball.center);
-                let is_inside = square <= ball.square;
+                let is_inside = square <= ball.radius * ball.radius;
                 self.places[rank as usize] = if is_inside {
                     self.found.push(Found { rank, path, square });
                     self.found.len() as u32 - 1
@@ -255,6 +280,7 @@ impl<'a> DiskFinder<'a> {
 
     fn forget(&mut self) {
         self.heap.clear();
+        self.waiting.clear();
         let found = self.found.drain(..).map(|found| found.rank);
         for rank in found.chain(self.outside.drain(..)) {
             self.places[rank as usize] = ABSENT;
@@ -272,9 +298,10 @@ impl Found {
     }
 }
 
-struct Ball {
-    center: DVec3,
-    square: f64,
+/// Where a disk is looked for.
+pub(super) struct Ball {
+    pub(super) center: DVec3,
+    pub(super) radius: f64,
 }
 
 /// Orders the heap by shortest path, then by first rank.
@@ -319,8 +346,7 @@ mod tests {
     ) -> (f64, Vec<(VertexId, f64)>) {
         let graph = EdgeGraph::of(surface);
         let mut disk = Vec::new();
-        let radius =
-            DiskFinder::new(&graph).find(graph.rank(center), radius, limit, &mut disk);
+        let radius = DiskFinder::new(&graph).find(graph.rank(center), radius, limit, &mut disk);
         let named = disk.iter().map(|entry| {
             let vertex = graph.vertices()[entry.rank as usize];
             (vertex, entry.square)
@@ -357,22 +383,30 @@ mod tests {
         });
         let surface = surface(folded);
         let (_, disk) = disk_around(&surface, VertexId(4 * 41), 2.0, 1000);
-        assert!(disk.iter().all(|&(vertex, _)| surface.position(vertex).z == 0.0));
+        assert!(
+            disk.iter()
+                .all(|&(vertex, _)| surface.position(vertex).z == 0.0)
+        );
         assert!(disk.len() > 20);
     }
 
     #[test]
     fn a_disk_is_the_same_found_whole_or_one_by_one() {
         // Slanted triangles, on which the first paths found are not the shortest.
-        let surface = surface(grid(20.0, 20.0, 20, 20).map(|p| {
-            DVec3::new(p.x + 1.7 * p.y, p.y, 0.3 * libm::sin(p.x))
-        }));
+        let surface = surface(
+            grid(20.0, 20.0, 20, 20)
+                .map(|p| DVec3::new(p.x + 1.7 * p.y, p.y, 0.3 * libm::sin(p.x))),
+        );
         let graph = EdgeGraph::of(&surface);
         let mut finder = DiskFinder::new(&graph);
         for center in (0..441).step_by(7) {
             let [mut whole, mut nearest] = [Vec::new(), Vec::new()];
             finder.find(center, 4.0, 1000, &mut whole);
-            finder.find_nearest(center, 4.0, 1000, &mut nearest);
+            let ball = Ball {
+                center: graph.points[center as usize],
+                radius: 4.0,
+            };
+            finder.find_nearest(&ball, &[center], 1000, &mut nearest);
             finder.forget();
             let sorted = |disk: &[DiskVertex]| {
                 let mut ranks: Vec<u32> = disk.iter().map(|entry| entry.rank).collect();

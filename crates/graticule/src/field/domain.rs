@@ -3,8 +3,8 @@ use std::sync::OnceLock;
 use super::disk::EdgeGraph;
 use super::{CrossField, Singularities};
 use crate::geometry::{
-    EdgeLengths, GeometryError, IntrinsicTriangulation, face_curvatures, intrinsic_delaunay,
-    transport_angles, vertex_areas,
+    EdgeLengths, GeometryError, IntrinsicTriangulation, TangentFrame, face_curvatures,
+    intrinsic_delaunay, transport_angles, vertex_areas, vertex_frames,
 };
 use crate::mesh::{PerCorner, PerFace, PerVertex, Surface};
 use crate::watch::Watch;
@@ -21,6 +21,7 @@ pub struct FieldDomain<'a> {
     delaunay: IntrinsicTriangulation,
     transports: PerCorner<f64>,
     face_curvatures: PerFace<f64>,
+    frames: PerVertex<TangentFrame>,
     areas: PerVertex<f64>,
     mean_edge_length: f64,
     edge_graph: OnceLock<EdgeGraph>,
@@ -40,6 +41,7 @@ impl<'a> FieldDomain<'a> {
             surface,
             transports: transport_angles(&triangulation),
             face_curvatures: face_curvatures(&triangulation),
+            frames: vertex_frames(surface),
             areas: vertex_areas(&triangulation),
             mean_edge_length: EdgeLengths::of(surface).mean(),
             triangulation,
@@ -86,6 +88,11 @@ impl<'a> FieldDomain<'a> {
     /// [`face_curvatures`] of the surface.
     pub(super) fn face_curvatures(&self) -> &PerFace<f64> {
         &self.face_curvatures
+    }
+
+    /// [`vertex_frames`] of the surface.
+    pub(super) fn frames(&self) -> &PerVertex<TangentFrame> {
+        &self.frames
     }
 
     /// [`vertex_areas`] of the surface.

@@ -51,21 +51,14 @@ struct Level {
 /// for groups to hold together.
 const STALLED: f64 = 0.8;
 
-/// How stiff the links of a coarser level are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Stiffness {
-    /// As the form makes them. Groups cannot bend, so that what varies slowly costs more on each
-    /// level by the ratio of the distances between nodes; no matter where links are all there is.
-    Kept,
-    /// Without that ratio, so that links keep their strength against what else draws the nodes.
-    Rescaled,
-}
-
 /// A form and its coarser versions.
 ///
 /// The groups are those of algebraic multigrid without smoothing, with a rotation for each member
 /// (the Galerkin form is of the same kind), so that a field without curl has its exact phases after
-/// the way down. Cost: linear.
+/// the way down. Groups do not bend, so that on each level what varies slowly costs more, by the ratio
+/// of the distances between nodes: next to what else draws the nodes, coarse links are stiff.
+///
+/// Cost: linear.
 pub(crate) struct Hierarchy<'a> {
     finest: &'a PhaseGraph,
     levels: Vec<Level>,
@@ -76,7 +69,6 @@ impl<'a> Hierarchy<'a> {
     pub(crate) fn new(
         finest: &'a PhaseGraph,
         most_nodes: usize,
-        stiffness: Stiffness,
         watch: &Watch,
     ) -> Result<Self, Stopped> {
         let levels = Vec::new();
@@ -88,13 +80,9 @@ impl<'a> Hierarchy<'a> {
             if count <= most_nodes {
                 break;
             }
-            let mut level = coarsened(graph);
-            let share = level.graph.count() as f64 / count as f64;
-            if share > STALLED {
+            let level = coarsened(graph);
+            if level.graph.count() as f64 > STALLED * count as f64 {
                 break;
-            }
-            if stiffness == Stiffness::Rescaled {
-                level.graph.scale(share.sqrt());
             }
             hierarchy.levels.push(level);
         }

@@ -166,16 +166,6 @@ impl PhaseGraph {
         (self.starts, self.couplings) = (starts, couplings);
     }
 
-    /// Multiplies the weights of all links between free nodes.
-    pub(crate) fn scale(&mut self, factor: f64) {
-        for coupling in &mut self.couplings {
-            coupling.factor *= factor;
-        }
-        for weight in &mut self.diagonal {
-            *weight *= factor;
-        }
-    }
-
     /// The number of free nodes.
     pub(crate) fn count(&self) -> usize {
         self.diagonal.len()

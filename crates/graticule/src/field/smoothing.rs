@@ -2,7 +2,7 @@ use glam::{DVec2, DVec3};
 use serde::Serialize;
 
 use super::diffusion::{Diffusion, Nodes, System};
-use super::hierarchy::{Hierarchy, Stiffness};
+use super::hierarchy::Hierarchy;
 use super::{CrossField, FieldError, Guidance};
 use crate::geometry::IntrinsicTriangulation;
 use crate::mesh::PerVertex;
@@ -61,16 +61,18 @@ pub struct SmoothingReport {
 
 /// The smoothest field that follows its guidance: minimises [PGP06] Eq. 21 over unit vectors.
 ///
-/// The norm penalty of the paper keeps vectors from vanishing; here each step diffuses and then
-/// normalises: `u ← normalise((A + τM)⁻¹ (f + τM u))` with the matrix `A` and the right side `f` of
-/// the quadratic form. That descends the same functional with one matrix for all steps, factored
-/// once, and without a start from an eigenvector. Without any guidance the first steps, from seeded
-/// phases, are inverse iterations for the smoothest field there is.
+/// From coarse to fine: neighbours are grouped, each turned by the rotation that links it to its
+/// group, until the form has few unknowns. The norm penalty of the paper keeps vectors from
+/// vanishing; here each step on the coarsest level diffuses and then normalises:
+/// `u ← normalise((A + τM)⁻¹ (f + τM u))` with the matrix `A` and the right side `f` of the quadratic
+/// form. That descends the same functional with one matrix for all steps, factored once, and without
+/// a start from an eigenvector. Without any guidance the first steps, from seeded phases, are inverse
+/// iterations for the smoothest field there is. On each finer level every vector is moved in turn to
+/// its best place among its neighbours, which never raises the functional.
 ///
 /// `positions` order the factorisation; they have no influence on the field.
 ///
-/// Fixed vertices are eliminated. Cost: one factorisation with a complex unknown per free vertex,
-/// and a solve for each step.
+/// Fixed vertices are eliminated. Cost: linear, and a small factorisation.
 ///
 /// # Errors
 /// [`FieldError`].
@@ -86,7 +88,7 @@ pub fn smooth_field(
     check_share(options.smoothing)?;
     let _stage = watch.stage("field smoothing");
     let system = System::new(triangulation, guidance, options.smoothing)?;
-    let found = Coarse::to_fine(&system, positions, options, watch)?;
+    let found = Found::from_coarse(&system, positions, options, watch)?;
     let powers = system.with_fixed(&found.values);
     Ok(SmoothField {
         report: SmoothingReport {
@@ -104,19 +106,15 @@ pub fn smooth_field(
     })
 }
 
-fn env(name: &str, default: f64) -> f64 {
-    std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(default)
-}
-
-/// Most nodes of the coarsest level: few enough for its factorisation to cost less than the rest,
-/// enough for its field to have the singularities of the finest.
-const COARSEST: usize = 4000;
+/// Most nodes of the coarsest level. Coarse links are stiff against guidance: with few nodes a field
+/// has few singularities, and the sweeps on finer levels bring it back to its guidance.
+const COARSEST: usize = 800;
 
 /// Most sweeps on each finer level, forth and back.
-const SWEEPS: usize = 30;
+const SWEEPS: usize = 15;
 
 /// Unit vectors found from coarse to fine.
-struct Coarse {
+struct Found {
     values: Vec<DVec2>,
     steps: usize,
     levels: usize,
@@ -124,15 +122,15 @@ struct Coarse {
     residual: f64,
 }
 
-impl Coarse {
-    fn to_fine(
+impl Found {
+    fn from_coarse(
         system: &System,
         positions: &PerVertex<DVec3>,
         options: &SmoothingOptions,
         watch: &Watch,
     ) -> Result<Self, FieldError> {
         let graph = system.graph();
-        let hierarchy = Hierarchy::new(&graph, env("G_COARSEST", COARSEST as f64) as usize, if env("G_SOFT", 1.0) > 0.5 {Stiffness::Rescaled} else {Stiffness::Kept}, watch)?;
+        let hierarchy = Hierarchy::new(&graph, COARSEST, watch)?;
         let nodes = Nodes {
             weights: hierarchy.sums(system.at_free(&system.weights)),
             points: hierarchy.points(system.at_free(positions)),
@@ -147,16 +145,13 @@ impl Coarse {
         let steps = options.steps.saturating_mul(patience);
         let coarse = run.descend(start, steps, watch)?;
         let mut last_change = run.last_change;
-        let sweeps = env("G_SWEEPS", SWEEPS as f64) as usize;
-        let rest = env("G_REST", SWEPT_FIELD_AT_REST);
         let values = hierarchy.carried_down(coarse, watch, |graph, values| {
-            for k in 0..sweeps {
+            for _ in 0..SWEEPS {
+                watch.check()?;
                 last_change = graph.relax_units(values);
-                if last_change < rest {
-                    if env("G_SAY", 0.0) > 0.0 { eprintln!("{} nodes {} sweeps", graph.count(), k); }
+                if last_change < SWEPT_FIELD_AT_REST {
                     break;
                 }
-                watch.check()?;
             }
             Ok::<_, FieldError>(())
         })?;

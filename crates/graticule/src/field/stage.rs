@@ -2,12 +2,13 @@ use glam::DVec3;
 
 use super::curvature::curvatures_on;
 use super::report::counts_by_index;
+use super::tangent::TangentPlanes;
 use super::{
     CancelOptions, Cancellation, CrossField, FieldDomain, FieldError, FieldOptions, FieldReport,
     Guidance, Prescription, PrincipalCurvature, Singularities, SingularityPlan, Stroke, Symmetry,
     feature_edges, smooth_field,
 };
-use crate::geometry::{Similarity, normalized, vertex_frames};
+use crate::geometry::{Similarity, normalized};
 use crate::mesh::{PerVertex, Surface, Topology};
 use crate::tolerance::INDEX_ROUNDING;
 use crate::watch::Watch;
@@ -91,8 +92,8 @@ pub fn cross_field(
         curl,
     };
     Ok(FieldResult {
-        directions: field.directions_in_space(&unit_surface, domain.triangulation()),
-        normals: vertex_frames(&unit_surface).map(|frame| frame.normal),
+        directions: field.directions_through(&TangentPlanes::on(&domain)),
+        normals: domain.frames().map(|frame| frame.normal),
         curvatures: curvatures.map(|curvatures| at_own_scale(&curvatures, &similarity)),
         field,
         singularities,
@@ -129,10 +130,9 @@ impl Ground<'_> {
     ) -> Result<Option<PerVertex<PrincipalCurvature>>, FieldError> {
         let wanted = self.options.curvature;
         let wanted = wanted.filter(|_| self.options.symmetry != Symmetry::Vector);
-        let domain = self.domain;
-        let (surface, triangulation) = (domain.surface(), domain.triangulation());
         let found = wanted.map(|wanted| {
-            curvatures_on(surface, triangulation, domain.edge_graph(), &wanted, watch)
+            let planes = TangentPlanes::on(self.domain);
+            curvatures_on(planes, self.domain.edge_graph(), &wanted, watch)
         });
         Ok(found.transpose()?)
     }

@@ -1,10 +1,11 @@
 //! Between directions in space and angles in the tangent planes of an intrinsic triangulation.
 
+use std::borrow::Cow;
 use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 
-use super::Symmetry;
+use super::{FieldDomain, Symmetry};
 use crate::geometry::{IntrinsicTriangulation, TangentFrame, vertex_frames};
 use crate::mesh::{HalfedgeId, PerVertex, Surface, VertexId};
 use crate::tolerance::{GUIDE_SLANT, ROUNDING};
@@ -19,9 +20,9 @@ const SLACK: f64 = 32.0 * ROUNDING;
 /// projections to the tangent plane of the frame: a direction along the crease would come out up to
 /// ten degrees off. So a direction goes into its own triangle first and is projected from there.
 pub(super) struct TangentPlanes<'a> {
-    surface: &'a Surface,
-    triangulation: &'a IntrinsicTriangulation,
-    pub(super) frames: PerVertex<TangentFrame>,
+    pub(super) surface: &'a Surface,
+    pub(super) triangulation: &'a IntrinsicTriangulation,
+    pub(super) frames: Cow<'a, PerVertex<TangentFrame>>,
 }
 
 impl<'a> TangentPlanes<'a> {
@@ -30,7 +31,16 @@ impl<'a> TangentPlanes<'a> {
         Self {
             surface,
             triangulation,
-            frames: vertex_frames(surface),
+            frames: Cow::Owned(vertex_frames(surface)),
+        }
+    }
+
+    /// Those of a domain.
+    pub(super) fn on(domain: &'a FieldDomain<'_>) -> Self {
+        Self {
+            surface: domain.surface(),
+            triangulation: domain.triangulation(),
+            frames: Cow::Borrowed(domain.frames()),
         }
     }
 
@@ -111,21 +121,31 @@ impl<'a> TangentPlanes<'a> {
         // The next side of each corner is the side of the one after it; a rim ends with another edge.
         let end = sides.last().and_then(|&(last, _)| {
             let goes_round = mesh.turn_left(last).is_some();
-            if goes_round { sides[0].1 } else { self.unit(last.previous(), -1.0) }
+            if goes_round {
+                sides[0].1
+            } else {
+                self.unit(last.previous(), -1.0)
+            }
         });
         let nexts = sides.iter().skip(1).map(|&(_, side)| side).chain([end]);
-        let sectors = sides.iter().zip(nexts).filter_map(|(&(halfedge, side), next)| {
-            Some(Sector {
-                start: self.triangulation.direction(halfedge),
-                sides: [side?, next?],
-            })
-        });
+        let sectors = sides
+            .iter()
+            .zip(nexts)
+            .filter_map(|(&(halfedge, side), next)| {
+                Some(Sector {
+                    start: self.triangulation.direction(halfedge),
+                    sides: [side?, next?],
+                })
+            });
         sectors.collect()
     }
 
     /// The sides of the corner at the origin of a halfedge, as unit vectors.
     fn sides(&self, halfedge: HalfedgeId) -> Option<[DVec3; 2]> {
-        Some([self.unit(halfedge, 1.0)?, self.unit(halfedge.previous(), -1.0)?])
+        Some([
+            self.unit(halfedge, 1.0)?,
+            self.unit(halfedge.previous(), -1.0)?,
+        ])
     }
 
     /// How wide that corner is along the surface, as directions count.
@@ -214,7 +234,8 @@ mod tests {
                 for step in -3..=3 {
                     let angle = f64::from(step);
                     let image = planes.image(vertex, angle).unwrap();
-                    let back = planes.preimage(vertex, image).unwrap();
+                    let sectors = planes.sectors(vertex);
+                    let back = planes.preimage(vertex, &sectors, image).unwrap();
                     let (off, _) = Symmetry::Vector.reduce(back - angle);
                     assert!(off.abs() < 1e-7, "{vertex}: {angle} {back}");
                 }

@@ -4,7 +4,7 @@ use glam::DVec2;
 
 use super::minimize::CoarseToFineOptions;
 use super::phase_graph::PhaseGraph;
-use crate::field::hierarchy::{Hierarchy, Stiffness};
+use crate::field::hierarchy::Hierarchy;
 use crate::field::phase;
 use crate::mesh::{Element, VertexId};
 use crate::watch::{Stopped, Watch};
@@ -22,7 +22,7 @@ pub(super) fn phases_from_coarse(
     options: CoarseToFineOptions,
     watch: &Watch,
 ) -> Result<Vec<DVec2>, Stopped> {
-    let hierarchy = Hierarchy::new(graph, COARSEST, Stiffness::Kept, watch)?;
+    let hierarchy = Hierarchy::new(graph, COARSEST, watch)?;
     let coarsest = hierarchy.coarsest();
     let mut values = seeded_phases(coarsest.count(), options.seed);
     relax(coarsest, &mut values, COARSEST_SWEEPS);
