@@ -180,9 +180,9 @@ pub const NO_AREA_HEIGHT: f64 = 1e-12;
 /// Largest radius of the disk that a curvature is averaged over, in the mean lengths of the edges
 /// around its middle.
 ///
-/// An even sampling has some 130 vertices in such a disk, which average enough; where the sampling is
+/// An even sampling has some 60 vertices in such a disk, which average enough; where the sampling is
 /// much finer than on average, the bound keeps the cost linear.
-pub const FINE_DISK: f64 = 6.0;
+pub const FINE_DISK: f64 = 4.0;
 
 /// Largest number of vertices in the disk that a curvature is averaged over.
 ///

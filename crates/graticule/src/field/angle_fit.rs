@@ -11,7 +11,7 @@ use crate::solve::{Cholesky, Placement, Symbolic, SymmetricMatrix};
 use crate::tolerance::{ANGLE_ANCHOR, EDGE_WEIGHT_RANGE, WIDEST_TURN};
 
 /// Solves for guidance, whose pull weakens where the field cannot follow: each needs the one before.
-const GUIDED_SOLVES: usize = 4;
+const GUIDED_SOLVES: usize = 2;
 
 /// Solves in which edges that turn too far are stiffened, where a fit should not give up.
 pub(super) const STIFFENED_SOLVES: usize = 8;

@@ -84,7 +84,7 @@ const REACH: f64 = 1.5;
 const LEAST_REACH: f64 = 3.0;
 
 /// Most vertices in such a disk.
-const MOST_VERTICES: usize = 1_000;
+const MOST_VERTICES: usize = 4_000;
 
 /// A singularity, and the way to one of opposite sign.
 struct Pair {

@@ -48,7 +48,7 @@ pub struct PrincipalCurvature {
 /// averaged over geodesic disks with a weight that falls to 0 at their rim.
 ///
 /// Where the sampling is finer than on average, the radius is at most [`FINE_DISK`] of the edges
-/// there, and no disk holds more than [`DISK_VERTEX_LIMIT`] vertices. At the boundary the disk is what
+/// there, or as many as were asked for, and no disk holds more than [`DISK_VERTEX_LIMIT`] vertices. At the boundary the disk is what
 /// is there of it.
 ///
 /// Angles are those of [`IntrinsicTriangulation::direction`].
@@ -165,7 +165,7 @@ impl<'a> Estimator<'a> {
         let bends = vertex_bends(surface, &lengths, &areas);
         Self {
             bends: graph.vertices().iter().map(|&v| bends[v]).collect(),
-            radii: radii(graph, options.radius * lengths.mean()),
+            radii: radii(graph, options.radius, lengths.mean()),
             flat: FLAT_CURVATURE / radius_of_gyration(surface, &areas),
             planes,
             graph,
@@ -230,8 +230,10 @@ fn radius_of_gyration(surface: &Surface, areas: &PerVertex<f64>) -> f64 {
     squares.sum::<f64>().sqrt()
 }
 
-/// The radius of each disk, by rank: `radius`, but no more than [`FINE_DISK`] of the edges there.
-fn radii(graph: &EdgeGraph, radius: f64) -> Vec<f64> {
+/// The radius of each disk, by rank: `radius` mean lengths, but no more than so many, or [`FINE_DISK`],
+/// of the edges there.
+fn radii(graph: &EdgeGraph, radius: f64, mean_length: f64) -> Vec<f64> {
+    let most = radius.max(FINE_DISK);
     let means = graph.mean_lengths();
     let around = |rank: u32| {
         let ends = graph.at(rank);
@@ -240,7 +242,7 @@ fn radii(graph: &EdgeGraph, radius: f64) -> Vec<f64> {
     };
     let ranks = 0..means.len() as u32;
     ranks
-        .map(|rank| radius.min(FINE_DISK * around(rank)))
+        .map(|rank| (radius * mean_length).min(most * around(rank)))
         .collect()
 }
 
