@@ -21,7 +21,7 @@ pub(crate) struct FieldArguments {
     boundary: Boundary,
     /// Distance, in mean edge lengths, up to which singularities of opposite sign cancel; 0 for
     /// none
-    #[arg(long, value_name = "N", default_value_t = 6.0, value_parser = parse_length)]
+    #[arg(long, value_name = "N", default_value_t = 7.0, value_parser = parse_length)]
     cancel: f64,
     /// The same in the unit of the mesh, for quads of a known size; the larger of the two counts
     #[arg(long, value_name = "LENGTH", default_value_t = 0.0, value_parser = parse_size)]

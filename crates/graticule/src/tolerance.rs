@@ -182,10 +182,16 @@ pub const COLLAPSED_AREA: f64 = 1e-9;
 /// data in single precision hold true slivers down to about 1e-8.
 pub const NO_AREA_HEIGHT: f64 = 1e-12;
 
+/// Largest radius of the disk that a curvature is averaged over, in the mean lengths of the edges
+/// around its middle.
+///
+/// An even sampling has some 60 vertices in such a disk, which average enough; where the sampling is
+/// much finer than on average, the bound keeps the cost linear.
+pub const FINE_DISK: f64 = 4.0;
+
 /// Largest number of vertices in the disk that a curvature is averaged over.
 ///
-/// An even sampling has some 40 within three mean edge lengths. Where the sampling is much finer
-/// than on average, a bound keeps the cost linear; a disk of 300 vertices averages enough.
+/// A second bound, for triangles so uneven that the lengths of edges say little of their number.
 pub const DISK_VERTEX_LIMIT: usize = 300;
 
 /// Curvature, times the radius of gyration of the surface, at which a bend is trusted half.
@@ -207,7 +213,7 @@ pub const NO_DIRECTION: f64 = 1e-12;
 
 /// Mean weight of guidance up to which a field counts as unguided: that of curvature on a finely
 /// sampled sphere, where it is nothing but the triangles.
-pub const FAINT_GUIDANCE: f64 = 1e-2;
+pub const FAINT_GUIDANCE: f64 = 3e-2;
 
 /// Mean change of unit vectors in one step below which a guided field is at rest.
 ///
@@ -216,6 +222,10 @@ pub const FIELD_AT_REST: f64 = 1e-3;
 
 /// The same where nothing guides the field: its singularities spread slowly over long distances.
 pub const FREE_FIELD_AT_REST: f64 = 1e-4;
+
+/// Mean change of unit vectors in one sweep over them below which a field is at rest: sweeps move it
+/// by less than steps of diffusion do.
+pub const SWEPT_FIELD_AT_REST: f64 = 3e-4;
 
 /// Length of the part along the surface of a unit vector at or below which it has no direction
 /// there.

@@ -6,13 +6,12 @@ use glam::DVec3;
 
 use super::matching::Matching;
 use super::{FieldDomain, FieldError, Guidance};
-use crate::geometry::vertex_areas;
-use crate::mesh::{EdgeId, HalfedgeId, PerEdge, PerVertex, VertexId};
+use crate::mesh::{EdgeId, HalfedgeId, PerVertex, VertexId};
 use crate::solve::{Cholesky, Placement, Symbolic, SymmetricMatrix};
 use crate::tolerance::{ANGLE_ANCHOR, EDGE_WEIGHT_RANGE, WIDEST_TURN};
 
 /// Solves for guidance, whose pull weakens where the field cannot follow: each needs the one before.
-const GUIDED_SOLVES: usize = 4;
+const GUIDED_SOLVES: usize = 2;
 
 /// Solves in which edges that turn too far are stiffened, where a fit should not give up.
 pub(super) const STIFFENED_SOLVES: usize = 8;
@@ -30,19 +29,16 @@ pub(super) struct AngleFit<'a> {
     domain: &'a FieldDomain<'a>,
     guidance: &'a Guidance,
     smoothing: f64,
-    weights: PerEdge<f64>,
-    masses: PerVertex<f64>,
+    mean_area: f64,
     /// For each vertex its place among the free ones, or [`HELD`].
     places: PerVertex<u32>,
 }
 
 impl<'a> AngleFit<'a> {
     pub(super) fn new(domain: &'a FieldDomain<'a>, guidance: &'a Guidance, smoothing: f64) -> Self {
-        let areas = vertex_areas(domain.triangulation());
-        let mean = areas.iter().sum::<f64>() / areas.len() as f64;
+        let areas = domain.areas();
         Self {
-            weights: stable_weights(domain),
-            masses: areas.map(|area| area / mean),
+            mean_area: areas.iter().sum::<f64>() / areas.len() as f64,
             places: PerVertex::filled(areas.len(), HELD),
             domain,
             guidance,
@@ -125,7 +121,14 @@ impl<'a> AngleFit<'a> {
         edges.sort_unstable();
         edges.dedup();
         let weighted = edges.into_iter();
-        weighted.map(|edge| (edge, self.weights[edge])).collect()
+        weighted
+            .map(|edge| (edge, stable_weight(self.domain, edge)))
+            .collect()
+    }
+
+    /// The area of a vertex over the mean.
+    fn mass(&self, vertex: VertexId) -> f64 {
+        self.domain.areas()[vertex] / self.mean_area
     }
 }
 
@@ -165,14 +168,15 @@ impl Run<'_> {
     ) -> Result<(SymmetricMatrix, Vec<f64>), FieldError> {
         let fit = self.fit;
         let mut side = Vec::with_capacity(self.free.len());
-        let mut entries = Vec::with_capacity(4 * self.free.len());
-        for (place, &vertex) in self.free.iter().enumerate() {
-            let anchor = ANGLE_ANCHOR * fit.masses[vertex].max(f64::EPSILON);
+        let mut diagonal = Vec::with_capacity(self.free.len());
+        for &vertex in self.free {
+            let anchor = ANGLE_ANCHOR * fit.mass(vertex).max(f64::EPSILON);
             let (pull, off) = self.pull(angles[vertex], vertex);
             let pull = guided * pull;
-            entries.push((place, place, anchor + pull));
+            diagonal.push(anchor + pull);
             side.push((anchor + pull) * angles[vertex] - pull * off);
         }
+        let mut entries = Vec::with_capacity(self.free.len() + self.edges.len());
         let mesh = fit.domain.surface().mesh();
         let step = fit.guidance.symmetry().step();
         for &(edge, weight) in &self.edges {
@@ -188,7 +192,7 @@ impl Run<'_> {
                     continue;
                 }
                 let place = places[own] as usize;
-                entries.push((place, place, weight));
+                diagonal[place] += weight;
                 side[place] += weight * sign * more;
                 if places[other] == HELD {
                     side[place] += weight * angles[ends[other]];
@@ -198,6 +202,8 @@ impl Run<'_> {
                 entries.push((places[0] as usize, places[1] as usize, -weight));
             }
         }
+        let diagonal = diagonal.into_iter().enumerate();
+        entries.extend(diagonal.map(|(place, value)| (place, place, value)));
         Ok((
             SymmetricMatrix::from_triplets(self.free.len(), entries)?,
             side,
@@ -210,7 +216,7 @@ impl Run<'_> {
         let fit = self.fit;
         let symmetry = fit.guidance.symmetry();
         let pull = fit.guidance.pull(vertex);
-        let strength = (1.0 - fit.smoothing) * fit.masses[vertex] * pull.length();
+        let strength = (1.0 - fit.smoothing) * fit.mass(vertex) * pull.length();
         if strength <= 0.0 {
             return (0.0, 0.0);
         }
@@ -241,19 +247,16 @@ impl Run<'_> {
     }
 }
 
-/// Cotangent weights of the surface's own triangles, kept within a range: an obtuse or a
-/// degenerate triangle must neither repel nor tie directions.
-fn stable_weights(domain: &FieldDomain<'_>) -> PerEdge<f64> {
-    let triangulation = domain.triangulation();
+/// The cotangent weight of an edge in the surface's own triangles, kept within a range: an obtuse or
+/// a degenerate triangle must neither repel nor tie directions.
+fn stable_weight(domain: &FieldDomain<'_>, edge: EdgeId) -> f64 {
     let mesh = domain.surface().mesh();
-    PerEdge::from_fn(mesh.edge_count(), |edge: EdgeId| {
-        let halfedge = mesh.edge_halfedge(edge);
-        let sides = [Some(halfedge), mesh.twin(halfedge)];
-        let halves = sides.into_iter().flatten().map(|side| {
-            let shape = triangulation.shape(side.face());
-            shape.cotangent(side.previous().side()).unwrap_or_default() / 2.0
-        });
-        let [low, high] = EDGE_WEIGHT_RANGE;
-        halves.sum::<f64>().clamp(low, high)
-    })
+    let halfedge = mesh.edge_halfedge(edge);
+    let sides = [Some(halfedge), mesh.twin(halfedge)];
+    let halves = sides.into_iter().flatten().map(|side| {
+        let shape = domain.triangulation().shape(side.face());
+        shape.cotangent(side.previous().side()).unwrap_or_default() / 2.0
+    });
+    let [low, high] = EDGE_WEIGHT_RANGE;
+    halves.sum::<f64>().clamp(low, high)
 }

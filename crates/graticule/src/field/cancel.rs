@@ -1,9 +1,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 
+use glam::DVec3;
 use serde::Serialize;
 
 use super::angle_fit::{AngleFit, STIFFENED_SOLVES};
-use super::disk::{DiskFinder, EdgeGraph};
+use super::disk::{Ball, DiskFinder};
 use super::face_path::{End, FacePath, FacePathFinder};
 use super::matching::Matching;
 use super::{CrossField, FieldDomain, FieldError, Guidance};
@@ -52,9 +53,8 @@ impl FieldDomain<'_> {
         watch: &Watch,
     ) -> Result<(CrossField, Cancellation), FieldError> {
         let _stage = watch.stage("cancelling pairs");
-        let before = self.singularities(field).count();
-        let graph = EdgeGraph::of(self.surface());
-        let mut run = Canceller::new(self, field, guidance, options, &graph);
+        let mut run = Canceller::new(self, field, guidance, options);
+        let before = run.count();
         loop {
             let pairs = run.untried_pairs();
             if pairs.is_empty() {
@@ -71,20 +71,20 @@ impl FieldDomain<'_> {
         let report = Cancellation {
             pairs_tried: run.tried.len(),
             singularities_before: before,
-            singularities_after: self.singularities(&field).count(),
+            singularities_after: run.count(),
         };
         Ok((field, report))
     }
 }
 
 /// Radius of the disk that is smoothed anew around either singularity, over their distance.
-const REACH: f64 = 2.0;
+const REACH: f64 = 1.5;
 
 /// The least such radius, in mean edge lengths.
 const LEAST_REACH: f64 = 3.0;
 
 /// Most vertices in such a disk.
-const MOST_VERTICES: usize = 20_000;
+const MOST_VERTICES: usize = 4_000;
 
 /// A singularity, and the way to one of opposite sign.
 struct Pair {
@@ -119,7 +119,6 @@ impl<'a> Canceller<'a> {
         field: &CrossField,
         guidance: &'a Guidance,
         options: &CancelOptions,
-        graph: &'a EdgeGraph<'a>,
     ) -> Self {
         let matching = Matching::nearest(domain, field);
         let step = field.symmetry().step();
@@ -134,8 +133,13 @@ impl<'a> Canceller<'a> {
             matching,
             tried: BTreeSet::new(),
             paths: FacePathFinder::new(domain.surface()),
-            disks: DiskFinder::new(graph),
+            disks: DiskFinder::new(domain.edge_graph()),
         }
+    }
+
+    /// The number of singular triangles.
+    fn count(&self) -> usize {
+        self.steps.iter().filter(|&&steps| steps != 0).count()
     }
 
     /// For each singularity of positive sign the nearest of negative sign that it was not tried with,
@@ -254,15 +258,25 @@ impl<'a> Canceller<'a> {
     fn region(&mut self, pair: &Pair) -> Vec<VertexId> {
         let least = LEAST_REACH * self.domain.mean_edge_length();
         let radius = (REACH * pair.path.length).max(least);
-        let mesh = self.domain.surface().mesh();
+        let (mesh, graph) = (self.domain.surface().mesh(), self.domain.edge_graph());
         let mut disk = Vec::new();
         let mut region = Vec::new();
-        for corner in [pair.positive, pair.negative]
-            .map(|face| mesh.triangle(face))
-            .concat()
-        {
-            self.disks.find(corner, radius, MOST_VERTICES, &mut disk);
-            region.extend(disk.iter().map(|entry| entry.vertex));
+        for face in [pair.positive, pair.negative] {
+            let corners = mesh.triangle(face).map(|vertex| graph.rank(vertex));
+            let center = self
+                .domain
+                .surface()
+                .corner_positions(face)
+                .iter()
+                .sum::<DVec3>()
+                / 3.0;
+            let ball = Ball { center, radius };
+            self.disks
+                .find_in(&ball, &corners, MOST_VERTICES, &mut disk);
+            region.extend(
+                disk.iter()
+                    .map(|entry| graph.vertices()[entry.rank as usize]),
+            );
         }
         region.sort_unstable();
         region.dedup();
@@ -288,7 +302,7 @@ mod tests {
     use crate::field::{Singularities, Symmetry};
     use crate::geometry::vertex_frames;
     use crate::mesh::Surface;
-    use glam::{DVec2, DVec3};
+    use glam::DVec2;
     use graticule_fixtures::disk;
 
     /// A cross field on a flat disk of radius 1 with a quarter-pole of sign `steps` at each place.

@@ -50,7 +50,11 @@ impl CrossField {
         surface: &Surface,
         triangulation: &IntrinsicTriangulation,
     ) -> PerVertex<DVec3> {
-        let planes = TangentPlanes::of(surface, triangulation);
+        self.directions_through(&TangentPlanes::of(surface, triangulation))
+    }
+
+    /// The same through the tangent planes of such a triangulation.
+    pub(super) fn directions_through(&self, planes: &TangentPlanes<'_>) -> PerVertex<DVec3> {
         let in_space = |number| {
             let vertex = VertexId::from_index(number);
             planes.in_space(self.symmetry, vertex, self.angles[vertex])

@@ -1,14 +1,14 @@
 use std::f64::consts::FRAC_PI_2;
 
-use glam::{DMat3, DVec2, DVec3};
+use glam::{DMat3, DVec2, DVec3, Vec3Swizzles};
 use rayon::prelude::*;
 
 use super::Symmetry;
 use super::disk::{DiskFinder, DiskVertex, EdgeGraph};
 use super::tangent::TangentPlanes;
 use crate::geometry::{EdgeLengths, IntrinsicTriangulation, dihedral_angles, vertex_areas};
-use crate::mesh::{Element, PerVertex, Surface, VertexId};
-use crate::tolerance::{DISK_VERTEX_LIMIT, FLAT_CURVATURE};
+use crate::mesh::{PerVertex, Surface, VertexId};
+use crate::tolerance::{DISK_VERTEX_LIMIT, FINE_DISK, FLAT_CURVATURE};
 use crate::watch::{Stopped, Watch};
 
 /// How curvature is estimated.
@@ -47,8 +47,9 @@ pub struct PrincipalCurvature {
 /// (D. Cohen-Steiner, J.-M. Morvan, *Restricted Delaunay Triangulations and Normal Cycle*, 2003),
 /// averaged over geodesic disks with a weight that falls to 0 at their rim.
 ///
-/// Disks hold at most [`DISK_VERTEX_LIMIT`] vertices: where the sampling is much finer than on
-/// average, the radius shrinks to that. At the boundary the disk is what is there of it.
+/// Where the sampling is finer than on average, the radius is at most [`FINE_DISK`] of the edges
+/// there, or as many as were asked for, and no disk holds more than [`DISK_VERTEX_LIMIT`] vertices. At the boundary the disk is what
+/// is there of it.
 ///
 /// Angles are those of [`IntrinsicTriangulation::direction`].
 ///
@@ -62,24 +63,37 @@ pub fn principal_curvatures(
     options: &CurvatureOptions,
     watch: &Watch,
 ) -> Result<PerVertex<PrincipalCurvature>, Stopped> {
+    let planes = TangentPlanes::of(surface, triangulation);
+    curvatures_on(planes, &EdgeGraph::of(surface), options, watch)
+}
+
+/// The same where tangent planes and edges of the surface are at hand.
+pub(super) fn curvatures_on(
+    planes: TangentPlanes<'_>,
+    graph: &EdgeGraph,
+    options: &CurvatureOptions,
+    watch: &Watch,
+) -> Result<PerVertex<PrincipalCurvature>, Stopped> {
     let _stage = watch.stage("curvature");
-    let estimator = Estimator::new(surface, triangulation, *options);
-    let graph = EdgeGraph::of(surface);
-    let count = surface.mesh().vertex_count();
-    let chunks: Result<Vec<Vec<_>>, Stopped> = (0..count.div_ceil(CHUNK))
+    let estimator = Estimator::new(planes, graph, *options);
+    let vertices = graph.vertices();
+    let chunks: Result<Vec<Vec<_>>, Stopped> = (0..vertices.len().div_ceil(CHUNK))
         .into_par_iter()
         .map_init(
-            || (DiskFinder::new(&graph), Vec::new()),
+            || (DiskFinder::new(graph), Vec::new()),
             |(finder, disk), chunk| {
                 watch.check()?;
-                let vertices = chunk * CHUNK..count.min((chunk + 1) * CHUNK);
-                Ok(vertices
-                    .map(|index| estimator.at(VertexId::from_index(index), finder, disk))
+                let ranks = chunk * CHUNK..vertices.len().min((chunk + 1) * CHUNK);
+                Ok(ranks
+                    .map(|rank| estimator.at(rank as u32, finder, disk))
                     .collect())
             },
         )
         .collect();
-    Ok(PerVertex::new(chunks?.concat()))
+    let found = chunks?.concat();
+    Ok(PerVertex::from_fn(vertices.len(), |vertex| {
+        found[graph.rank(vertex) as usize]
+    }))
 }
 
 /// Vertices between two looks at the watch.
@@ -87,48 +101,90 @@ const CHUNK: usize = 1024;
 
 struct Estimator<'a> {
     planes: TangentPlanes<'a>,
-    areas: PerVertex<f64>,
-    bends: PerVertex<DMat3>,
-    radius: f64,
+    graph: &'a EdgeGraph,
+    /// What each vertex brings into a disk, by rank.
+    bends: Vec<Bend>,
+    /// The radius of each disk, by rank.
+    radii: Vec<f64>,
     flat: f64,
 }
 
+/// The bends of the edges at a vertex as a symmetric tensor, and its area.
+#[derive(Clone, Copy, Debug, Default)]
+struct Bend {
+    diagonal: DVec3,
+    /// The entries yz, zx and xy.
+    mixed: DVec3,
+    area: f64,
+}
+
+impl Bend {
+    fn add(&mut self, other: &Self, weight: f64) {
+        self.diagonal += other.diagonal * weight;
+        self.mixed += other.mixed * weight;
+        self.area += other.area * weight;
+    }
+
+    /// Adds `size` times the square of a direction.
+    fn add_along(&mut self, direction: DVec3, size: f64) {
+        self.diagonal += direction * direction * size;
+        let (yzx, zxy) = (direction.yzx(), direction.zxy());
+        self.mixed += yzx * zxy * size;
+    }
+
+    /// The tensor over twice the area, as each edge is at two vertices.
+    fn mean(&self) -> DMat3 {
+        if self.area <= 0.0 {
+            return DMat3::ZERO;
+        }
+        let [
+            DVec3 {
+                x: xx,
+                y: yy,
+                z: zz,
+            },
+            DVec3 {
+                x: yz,
+                y: zx,
+                z: xy,
+            },
+        ] = [self.diagonal, self.mixed].map(|part| part * (0.5 / self.area));
+        DMat3::from_cols(
+            DVec3::new(xx, xy, zx),
+            DVec3::new(xy, yy, yz),
+            DVec3::new(zx, yz, zz),
+        )
+    }
+}
+
 impl<'a> Estimator<'a> {
-    fn new(
-        surface: &'a Surface,
-        triangulation: &'a IntrinsicTriangulation,
-        options: CurvatureOptions,
-    ) -> Self {
+    fn new(planes: TangentPlanes<'a>, graph: &'a EdgeGraph, options: CurvatureOptions) -> Self {
+        let (surface, triangulation) = (planes.surface, planes.triangulation);
         let lengths = EdgeLengths::of(surface);
         let areas = vertex_areas(triangulation);
+        let bends = vertex_bends(surface, &lengths, &areas);
         Self {
-            planes: TangentPlanes::of(surface, triangulation),
-            bends: vertex_bends(surface, &lengths),
-            radius: options.radius * lengths.mean(),
+            bends: graph.vertices().iter().map(|&v| bends[v]).collect(),
+            radii: radii(graph, options.radius, lengths.mean()),
             flat: FLAT_CURVATURE / radius_of_gyration(surface, &areas),
-            areas,
+            planes,
+            graph,
         }
     }
 
     fn at(
         &self,
-        vertex: VertexId,
+        rank: u32,
         finder: &mut DiskFinder<'_>,
         disk: &mut Vec<DiskVertex>,
     ) -> PrincipalCurvature {
-        finder.find(vertex, self.radius, DISK_VERTEX_LIMIT, disk);
-        let (mut tensor, mut area) = (DMat3::ZERO, 0.0);
+        finder.find(rank, self.radii[rank as usize], DISK_VERTEX_LIMIT, disk);
+        let mut sum = Bend::default();
         for entry in disk.iter() {
-            let weight = (1.0 - entry.reach * entry.reach).powi(2);
-            area += weight * self.areas[entry.vertex];
-            tensor += self.bends[entry.vertex] * weight;
+            let weight = (1.0 - entry.square).powi(2);
+            sum.add(&self.bends[entry.rank as usize], weight);
         }
-        let tensor = if area > 0.0 {
-            tensor * (0.5 / area)
-        } else {
-            DMat3::ZERO
-        };
-        self.principal(tensor, vertex)
+        self.principal(sum.mean(), self.graph.vertices()[rank as usize])
     }
 
     /// The normal cycle sees a bend across an edge along the edge, so that its larger eigenvalue
@@ -174,24 +230,42 @@ fn radius_of_gyration(surface: &Surface, areas: &PerVertex<f64>) -> f64 {
     squares.sum::<f64>().sqrt()
 }
 
+/// The radius of each disk, by rank: `radius` mean lengths, but no more than so many, or [`FINE_DISK`],
+/// of the edges there.
+fn radii(graph: &EdgeGraph, radius: f64, mean_length: f64) -> Vec<f64> {
+    let most = radius.max(FINE_DISK);
+    let means = graph.mean_lengths();
+    let around = |rank: u32| {
+        let ends = graph.at(rank);
+        let sum: f64 = ends.iter().map(|&(end, _)| means[end as usize]).sum();
+        (means[rank as usize] + sum) / (ends.len() + 1) as f64
+    };
+    let ranks = 0..means.len() as u32;
+    ranks
+        .map(|rank| (radius * mean_length).min(most * around(rank)))
+        .collect()
+}
+
 /// For each vertex the sum over its edges of dihedral angle × length × direction ⊗ direction.
-fn vertex_bends(surface: &Surface, lengths: &EdgeLengths) -> PerVertex<DMat3> {
+fn vertex_bends(
+    surface: &Surface,
+    lengths: &EdgeLengths,
+    areas: &PerVertex<f64>,
+) -> PerVertex<Bend> {
     let mesh = surface.mesh();
     let angles = dihedral_angles(surface);
-    let mut sums = PerVertex::filled(mesh.vertex_count(), DMat3::ZERO);
+    let mut sums = areas.map(|&area| Bend {
+        area,
+        ..Bend::default()
+    });
     for edge in mesh.edges().filter(|&edge| lengths[edge] > 0.0) {
         let halfedge = mesh.edge_halfedge(edge);
         let along = surface.halfedge_vector(halfedge) / lengths[edge];
-        let bend = outer(along) * (angles[edge] * lengths[edge]);
         for vertex in mesh.ends(halfedge) {
-            sums[vertex] += bend;
+            sums[vertex].add_along(along, angles[edge] * lengths[edge]);
         }
     }
     sums
-}
-
-fn outer(vector: DVec3) -> DMat3 {
-    DMat3::from_cols(vector * vector.x, vector * vector.y, vector * vector.z)
 }
 
 /// `(max - min)² / (max² + min² + flat²)`, at most 1: 1 on a cylinder and on any saddle, 0 on

@@ -6,13 +6,12 @@ use faer::c64;
 use glam::{DVec2, DVec3};
 
 use super::connection::ConnectionLaplacian;
+use super::phase_graph::{Coupling, PhaseGraph};
 use super::{FieldError, Guidance, Symmetry};
 use crate::geometry::{IntrinsicTriangulation, vertex_areas};
 use crate::mesh::{Element, PerVertex, VertexId};
 use crate::solve::{HermitianCholesky, HermitianMatrix, Placement, SymmetricMatrix};
-use crate::tolerance::{
-    DIFFUSION_STEP, FAINT_GUIDANCE, FIELD_AT_REST, FREE_FIELD_AT_REST, NO_DIRECTION,
-};
+use crate::tolerance::{DIFFUSION_STEP, FAINT_GUIDANCE, NO_DIRECTION};
 use crate::watch::Watch;
 
 /// Stands for no place among the free vertices.
@@ -63,27 +62,41 @@ impl System {
         })
     }
 
-    /// The matrix of the form over the free vertices, complex and Hermitian.
-    fn matrix(&self) -> Result<HermitianMatrix, FieldError> {
-        let own = |&vertex: &VertexId| self.weights[vertex] + DIFFUSION_STEP * self.masses[vertex];
-        let mut diagonal: Vec<f64> = self.free.iter().map(own).collect();
-        let [mut real, mut imaginary] = [Vec::new(), Vec::new()];
+    /// The form over the free vertices, guidance and what fixed neighbours bring as anchors; the
+    /// weights of guidance are not in its diagonal.
+    pub(super) fn graph(&self) -> PhaseGraph {
+        let mut diagonal = vec![0.0; self.free.len()];
         for edge in &self.connection.edges {
-            let weight = self.smoothing * edge.weight;
-            let [i, j] = edge.ends.map(|vertex| self.places[vertex]);
-            for place in [i, j].into_iter().filter(|&place| place != FIXED) {
-                diagonal[place] += weight;
-            }
-            if i != FIXED && j != FIXED {
-                real.push((j, i, -weight * edge.rotation.x));
-                imaginary.push((j, i, -weight * edge.rotation.y));
+            for place in edge.ends.map(|vertex| self.places[vertex]) {
+                if place != FIXED {
+                    diagonal[place] += self.smoothing * edge.weight;
+                }
             }
         }
-        let diagonal = diagonal.iter().enumerate();
-        let diagonal = diagonal.map(|(place, &value)| (place, place, value));
-        let real =
-            SymmetricMatrix::from_triplets(self.free.len(), real.into_iter().chain(diagonal))?;
-        Ok(HermitianMatrix::new(&real, imaginary)?)
+        let links = self.connection.edges.iter().filter(|edge| {
+            edge.weight > 0.0 && edge.ends.iter().all(|&end| self.places[end] != FIXED)
+        });
+        let rows = links.flat_map(|edge| {
+            let [i, j] = edge.ends.map(|vertex| self.places[vertex] as u32);
+            let weight = self.smoothing * edge.weight;
+            let coupling = |node, rotation| Coupling {
+                node,
+                is_mirrored: false,
+                factor: rotation * weight,
+            };
+            [
+                (i, coupling(j, edge.conjugate())),
+                (j, coupling(i, edge.rotation)),
+            ]
+        });
+        let masses = self.at_free(&self.masses);
+        let starts_from = vec![DVec2::X; masses.len()];
+        PhaseGraph::from_rows(rows, diagonal, self.constant_side(), masses, starts_from)
+    }
+
+    /// What the free vertices have.
+    pub(super) fn at_free<T: Copy>(&self, values: &PerVertex<T>) -> Vec<T> {
+        self.free.iter().map(|&vertex| values[vertex]).collect()
     }
 
     /// The part of the right-hand side that does not change: guidance, and what fixed neighbours
@@ -134,11 +147,11 @@ impl System {
     }
 }
 
-/// The iteration, with its factorisation; vectors are those of the free vertices.
+/// The iteration on a graph, with its factorisation.
 pub(super) struct Diffusion<'a> {
-    system: &'a System,
+    graph: &'a PhaseGraph,
     solver: Option<(HermitianMatrix, HermitianCholesky)>,
-    constant: Vec<DVec2>,
+    at_rest: f64,
     /// Relative residual of the first solve; all have the same matrix.
     pub(super) residual: f64,
     /// Steps taken so far.
@@ -147,16 +160,25 @@ pub(super) struct Diffusion<'a> {
     pub(super) last_change: f64,
 }
 
+/// What a graph does not say of its nodes.
+pub(super) struct Nodes {
+    /// The weights of guidance.
+    pub(super) weights: Vec<f64>,
+    pub(super) points: Vec<DVec3>,
+}
+
 impl<'a> Diffusion<'a> {
+    /// Diffusion until the mean change of a step is below `at_rest`.
     pub(super) fn new(
-        system: &'a System,
-        positions: &PerVertex<DVec3>,
+        graph: &'a PhaseGraph,
+        nodes: &Nodes,
+        at_rest: f64,
         watch: &Watch,
     ) -> Result<Self, FieldError> {
         Ok(Self {
-            solver: factored(system, positions, watch)?,
-            constant: system.constant_side(),
-            system,
+            solver: factored(graph, nodes, watch)?,
+            graph,
+            at_rest,
             residual: 0.0,
             steps: 0,
             last_change: 0.0,
@@ -165,13 +187,12 @@ impl<'a> Diffusion<'a> {
 
     /// Guidance carried into the places without; seeded phases where none arrives.
     pub(super) fn start(&mut self, seed: u64) -> Result<Vec<DVec2>, FieldError> {
-        let carried = self.diffuse(&vec![DVec2::ZERO; self.system.free.len()], true)?;
-        let vertices = self.system.free.iter();
-        let powers = vertices.zip(carried).map(|(&vertex, power)| {
+        let carried = self.diffuse(&vec![DVec2::ZERO; self.graph.count()], true)?;
+        let powers = carried.into_iter().enumerate().map(|(node, power)| {
             if power.length() > NO_DIRECTION {
                 power.normalize()
             } else {
-                phase(vertex, seed)
+                phase(VertexId::from_index(node), seed)
             }
         });
         Ok(powers.collect())
@@ -182,9 +203,14 @@ impl<'a> Diffusion<'a> {
         let Some((matrix, factor)) = &self.solver else {
             return Ok(Vec::new());
         };
-        let parts = self.system.free.iter().zip(&self.constant).zip(powers);
-        let side = parts.map(|((&vertex, &constant), &power)| {
-            let value = constant + power * (DIFFUSION_STEP * self.system.masses[vertex]);
+        let parts = self
+            .graph
+            .anchors
+            .iter()
+            .zip(&self.graph.masses)
+            .zip(powers);
+        let side = parts.map(|((&anchor, &mass), &power)| {
+            let value = anchor + power * (DIFFUSION_STEP * mass);
             c64::new(value.x, value.y)
         });
         let side: Vec<c64> = side.collect();
@@ -204,11 +230,6 @@ impl<'a> Diffusion<'a> {
         watch: &Watch,
     ) -> Result<Vec<DVec2>, FieldError> {
         let mut powers = start;
-        let at_rest = if self.system.is_unguided() {
-            FREE_FIELD_AT_REST
-        } else {
-            FIELD_AT_REST
-        };
         while self.steps < steps && !powers.is_empty() {
             watch.check()?;
             let diffused = self.diffuse(&powers, self.steps == 0)?;
@@ -222,7 +243,7 @@ impl<'a> Diffusion<'a> {
             self.last_change = moved / powers.len() as f64;
             self.steps += 1;
             watch.progress(self.steps as f64 / steps as f64);
-            if self.last_change < at_rest {
+            if self.last_change < self.at_rest {
                 break;
             }
         }
@@ -231,20 +252,37 @@ impl<'a> Diffusion<'a> {
 }
 
 fn factored(
-    system: &System,
-    positions: &PerVertex<DVec3>,
+    graph: &PhaseGraph,
+    nodes: &Nodes,
     watch: &Watch,
 ) -> Result<Option<(HermitianMatrix, HermitianCholesky)>, FieldError> {
-    if system.free.is_empty() {
+    if graph.count() == 0 {
         return Ok(None);
     }
     let _stage = watch.stage("factorisation");
-    let matrix = system.matrix()?;
-    let positions: Vec<DVec3> = system.free.iter().map(|&v| positions[v]).collect();
-    let ordering = Placement::at(&positions).ordering(matrix.pattern())?;
+    let matrix = matrix(graph, &nodes.weights)?;
+    let ordering = Placement::at(&nodes.points).ordering(matrix.pattern())?;
     watch.check()?;
     let factor = HermitianCholesky::new(&matrix, &ordering)?;
     Ok(Some((matrix, factor)))
+}
+
+/// The matrix of smoothness, guidance and one step of diffusion, complex and Hermitian.
+fn matrix(graph: &PhaseGraph, weights: &[f64]) -> Result<HermitianMatrix, FieldError> {
+    let own =
+        |node: usize| graph.diagonal[node] + weights[node] + DIFFUSION_STEP * graph.masses[node];
+    let diagonal = (0..graph.count()).map(|node| (node, node, own(node)));
+    let lower = || {
+        (0..graph.count()).flat_map(|node| {
+            let couplings = graph.couplings(node).iter();
+            let before = couplings.filter(move |coupling| (coupling.node as usize) < node);
+            before.map(move |coupling| (node, coupling.node as usize, -coupling.factor))
+        })
+    };
+    let real = lower().map(|(row, column, factor)| (row, column, factor.x));
+    let real = SymmetricMatrix::from_triplets(graph.count(), real.chain(diagonal))?;
+    let imaginary = lower().map(|(row, column, factor)| (row, column, factor.y));
+    Ok(HermitianMatrix::new(&real, imaginary)?)
 }
 
 /// `|Ax - b| / (|A| |x| + |b|)` in largest entries and row sums.

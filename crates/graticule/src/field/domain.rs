@@ -1,8 +1,12 @@
+use std::sync::OnceLock;
+
+use super::disk::EdgeGraph;
 use super::{CrossField, Singularities};
 use crate::geometry::{
-    EdgeLengths, GeometryError, IntrinsicTriangulation, intrinsic_delaunay, transport_angles,
+    EdgeLengths, GeometryError, IntrinsicTriangulation, TangentFrame, face_curvatures,
+    intrinsic_delaunay, transport_angles, vertex_areas, vertex_frames,
 };
-use crate::mesh::{PerCorner, Surface};
+use crate::mesh::{PerCorner, PerFace, PerVertex, Surface};
 use crate::watch::Watch;
 
 /// A surface with what every step of making a field on it needs; the steps are its methods.
@@ -16,7 +20,11 @@ pub struct FieldDomain<'a> {
     triangulation: IntrinsicTriangulation,
     delaunay: IntrinsicTriangulation,
     transports: PerCorner<f64>,
+    face_curvatures: PerFace<f64>,
+    frames: PerVertex<TangentFrame>,
+    areas: PerVertex<f64>,
     mean_edge_length: f64,
+    edge_graph: OnceLock<EdgeGraph>,
 }
 
 impl<'a> FieldDomain<'a> {
@@ -32,9 +40,13 @@ impl<'a> FieldDomain<'a> {
         Ok(Self {
             surface,
             transports: transport_angles(&triangulation),
+            face_curvatures: face_curvatures(&triangulation),
+            frames: vertex_frames(surface),
+            areas: vertex_areas(&triangulation),
+            mean_edge_length: EdgeLengths::of(surface).mean(),
             triangulation,
             delaunay,
-            mean_edge_length: EdgeLengths::of(surface).mean(),
+            edge_graph: OnceLock::new(),
         })
     }
 
@@ -65,11 +77,31 @@ impl<'a> FieldDomain<'a> {
     /// Where a field is singular in the triangles of the surface.
     #[must_use]
     pub fn singularities(&self, field: &CrossField) -> Singularities {
-        Singularities::of(field, self.surface.mesh(), &self.triangulation)
+        Singularities::on(self, field)
     }
 
     /// Parallel transport along the halfedges of the surface.
     pub(super) fn transports(&self) -> &PerCorner<f64> {
         &self.transports
+    }
+
+    /// [`face_curvatures`] of the surface.
+    pub(super) fn face_curvatures(&self) -> &PerFace<f64> {
+        &self.face_curvatures
+    }
+
+    /// [`vertex_frames`] of the surface.
+    pub(super) fn frames(&self) -> &PerVertex<TangentFrame> {
+        &self.frames
+    }
+
+    /// [`vertex_areas`] of the surface.
+    pub(super) fn areas(&self) -> &PerVertex<f64> {
+        &self.areas
+    }
+
+    /// The edges of the surface, made when first asked for.
+    pub(super) fn edge_graph(&self) -> &EdgeGraph {
+        self.edge_graph.get_or_init(|| EdgeGraph::of(self.surface))
     }
 }

@@ -114,8 +114,8 @@ impl Hint for FieldError {
     fn hint(&self) -> Option<String> {
         match self {
             Self::Option { name, range, .. } => Some(format!("give {name} a value in {range}")),
-            Self::NoSuchElement { count, .. } => Some(format!(
-                "elements are numbered from 0 to {}",
+            Self::NoSuchElement { count, .. } | Self::NoSuchFace { count, .. } => Some(format!(
+                "they are numbered from 0 to {}",
                 count.saturating_sub(1)
             )),
             Self::Guide { .. } => Some(
@@ -128,10 +128,6 @@ impl Hint for FieldError {
             Self::Stroke { .. } => {
                 Some("draw it on the surface, in the coordinates of the mesh".into())
             }
-            Self::NoSuchFace { count, .. } => Some(format!(
-                "triangles are numbered from 0 to {}",
-                count.saturating_sub(1)
-            )),
             Self::NotSingular { .. } => {
                 Some("move a singularity from a triangle that the report lists".into())
             }

@@ -10,14 +10,18 @@ use crate::tolerance::AGREEING_EDGES;
 /// How strongly a field is held to a direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Strength {
-    /// With this weight; a fully trusted direction of curvature has the weight 1.
+    /// With this weight; a fully trusted direction of curvature has the weight 3.
     Soft(f64),
     /// Exactly.
     Hard,
 }
 
-/// The largest weight of a direction of curvature.
-pub(super) const CURVATURE_WEIGHT: f64 = 1.0;
+/// The weight of a fully trusted direction of curvature: at the default smoothing a field turns from
+/// one to another over some two edges. The weight `|kmax / kmin|` of [PGP06] Eq. 21 is about this where
+/// a surface bends clearly, and has no bound.
+///
+/// [PGP06]: crate::papers::PGP06
+pub(super) const CURVATURE_WEIGHT: f64 = 3.0;
 
 /// What a field should follow: at each vertex any number of directions with weights, or one that
 /// is fixed.
@@ -43,18 +47,15 @@ impl Guidance {
     }
 
     /// The directions of the larger curvature, as far as they can be trusted
-    /// ([PGP06] Eq. 21, with a bounded confidence in place of `|kmax / kmin|`).
+    /// ([PGP06] Eq. 21, with a bounded weight in place of `|kmax / kmin|`).
     ///
     /// [PGP06]: crate::papers::PGP06
     #[must_use]
     pub fn from_curvature(symmetry: Symmetry, curvatures: &PerVertex<PrincipalCurvature>) -> Self {
         let mut guidance = Self::none(symmetry, curvatures.len());
         for (vertex, curvature) in curvatures.enumerate() {
-            guidance.follow(
-                vertex,
-                curvature.direction,
-                Strength::Soft(curvature.confidence),
-            );
+            let strength = Strength::Soft(CURVATURE_WEIGHT * curvature.confidence);
+            guidance.follow(vertex, curvature.direction, strength);
         }
         guidance
     }

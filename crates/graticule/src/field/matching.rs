@@ -1,5 +1,4 @@
 use super::{CrossField, FieldDomain};
-use crate::geometry::face_curvatures;
 use crate::mesh::{FaceId, HalfedgeId, PerCorner, PerFace, PerVertex, TriangleMesh};
 
 /// By how many steps of its symmetry the angles of a field are taken to jump along each halfedge;
@@ -60,7 +59,7 @@ impl Matching {
 
     /// How often the field turns round each triangle, in steps.
     pub(super) fn steps(&self, domain: &FieldDomain<'_>, step: f64) -> PerFace<i32> {
-        let curvatures = face_curvatures(domain.triangulation());
+        let curvatures = domain.face_curvatures();
         PerFace::from_fn(curvatures.len(), |face: FaceId| {
             let sides = face.halfedges();
             let carried: f64 = sides.iter().map(|&h| domain.transports()[h]).sum();

@@ -2,13 +2,13 @@
 
 use glam::{DMat2, DVec2, DVec3};
 
-use super::diffusion::{Diffusion, System};
+use super::diffusion::{Diffusion, Nodes, System};
 use super::smoothing::check_share;
 use super::{CrossField, FieldError, Guidance, SmoothField, SmoothingReport};
 use crate::geometry::IntrinsicTriangulation;
 use crate::mesh::PerVertex;
 use crate::solve::{Cholesky, Placement, SymmetricMatrix};
-use crate::tolerance::FREE_FIELD_AT_REST;
+use crate::tolerance::{FIELD_AT_REST, FREE_FIELD_AT_REST};
 use crate::watch::Watch;
 
 /// How [`smooth_field_by_newton`] smooths.
@@ -68,10 +68,15 @@ pub fn smooth_field_by_newton(
     }
     let _stage = watch.stage("field smoothing by Newton's method");
     let system = System::new(triangulation, guidance, options.smoothing)?;
-    let start = Diffusion::new(&system, positions, watch)?.start(options.seed)?;
+    let graph = system.graph();
+    let nodes = Nodes {
+        weights: system.at_free(&system.weights),
+        points: system.at_free(positions),
+    };
+    let start = Diffusion::new(&graph, &nodes, FIELD_AT_REST, watch)?.start(options.seed)?;
     let mut run = Newton {
         penalty: options.penalty,
-        points: system.free.iter().map(|&v| positions[v]).collect(),
+        points: nodes.points,
         unknowns: start,
         residual: 0.0,
         system: &system,
@@ -88,6 +93,7 @@ pub fn smooth_field_by_newton(
     Ok(SmoothField {
         report: SmoothingReport {
             steps,
+            levels: 1,
             last_change: if steps > 0 { moved } else { 0.0 },
             smoothness_energy: system.connection.energy(&powers),
             guidance_energy: system.guidance_energy(&powers),

@@ -36,7 +36,7 @@ pub struct FieldOptions {
     pub curl_correction: Option<CurlOptions>,
 }
 
-/// Weight of a boundary that is followed softly: some ten times that of the clearest curvature,
+/// Weight of a boundary that is followed softly: some three times that of the clearest curvature,
 /// so that a ragged rim still does not make singularities.
 pub(super) const BOUNDARY_WEIGHT: f64 = 10.0;
 
@@ -50,7 +50,7 @@ impl Default for FieldOptions {
             features: FeatureOptions::default(),
             guides: Vec::new(),
             strokes: Vec::new(),
-            cancel_distance: 6.0,
+            cancel_distance: 7.0,
             cancel_length: 0.0,
             singularities: SingularityPlan::Found,
             curl_correction: None,

@@ -2,7 +2,7 @@ use std::f64::consts::TAU;
 
 use serde::Serialize;
 
-use super::{CrossField, Symmetry};
+use super::{CrossField, FieldDomain, Symmetry};
 use crate::geometry::{IntrinsicTriangulation, angle_defects, face_curvatures, transport_angles};
 use crate::mesh::{FaceId, HalfedgeId, PerCorner, PerFace, TriangleMesh};
 
@@ -52,9 +52,27 @@ impl Singularities {
         mesh: &TriangleMesh,
         triangulation: &IntrinsicTriangulation,
     ) -> Self {
-        let symmetry = field.symmetry();
-        let rotations = rotations(field, triangulation);
+        let transports = transport_angles(triangulation);
         let curvatures = face_curvatures(triangulation);
+        Self::found(field, mesh, triangulation, (transports, &curvatures))
+    }
+
+    /// Those of a field on a domain.
+    pub(super) fn on(domain: &FieldDomain<'_>, field: &CrossField) -> Self {
+        let turns = (domain.transports().clone(), domain.face_curvatures());
+        let mesh = domain.surface().mesh();
+        Self::found(field, mesh, domain.triangulation(), turns)
+    }
+
+    /// From parallel transport along halfedges and the curvatures of triangles.
+    fn found(
+        field: &CrossField,
+        mesh: &TriangleMesh,
+        triangulation: &IntrinsicTriangulation,
+        (transports, curvatures): (PerCorner<f64>, &PerFace<f64>),
+    ) -> Self {
+        let symmetry = field.symmetry();
+        let rotations = rotations_against(field, triangulation, transports);
         let steps = PerFace::from_fn(triangulation.face_count(), |face: FaceId| {
             let turned: f64 = face.halfedges().iter().map(|&h| rotations[h]).sum();
             ((turned + curvatures[face]) / symmetry.step()).round() as i32
@@ -91,7 +109,16 @@ impl Singularities {
 /// parallel transport. The twin has minus that angle.
 #[must_use]
 pub fn rotations(field: &CrossField, triangulation: &IntrinsicTriangulation) -> PerCorner<f64> {
-    let mut rotations = transport_angles(triangulation);
+    rotations_against(field, triangulation, transport_angles(triangulation))
+}
+
+/// The same from parallel transport along the halfedges.
+fn rotations_against(
+    field: &CrossField,
+    triangulation: &IntrinsicTriangulation,
+    transports: PerCorner<f64>,
+) -> PerCorner<f64> {
+    let mut rotations = transports;
     for edge in triangulation.edges() {
         let halfedge = triangulation.edge_halfedge(edge);
         let [i, j] = triangulation.ends(halfedge);
@@ -110,6 +137,9 @@ fn boundary_indices(
     triangulation: &IntrinsicTriangulation,
     rotations: &PerCorner<f64>,
 ) -> Vec<f64> {
+    if mesh.boundary_loops().next().is_none() {
+        return Vec::new();
+    }
     let turns = angle_defects(triangulation);
     let against =
         |&halfedge: &HalfedgeId| turns[triangulation.origin(halfedge)] - rotations[halfedge];

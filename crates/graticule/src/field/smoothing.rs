@@ -1,10 +1,12 @@
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use serde::Serialize;
 
-use super::diffusion::{Diffusion, System};
+use super::diffusion::{Diffusion, Nodes, System};
+use super::hierarchy::Hierarchy;
 use super::{CrossField, FieldError, Guidance};
 use crate::geometry::IntrinsicTriangulation;
 use crate::mesh::PerVertex;
+use crate::tolerance::{FIELD_AT_REST, FREE_FIELD_AT_REST, SWEPT_FIELD_AT_REST};
 use crate::watch::Watch;
 
 /// How a field is smoothed.
@@ -43,9 +45,11 @@ pub struct SmoothField {
 /// Figures of a smoothing.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SmoothingReport {
-    /// Steps taken.
+    /// Steps of diffusion and normalisation on the coarsest level.
     pub steps: usize,
-    /// Mean change of the free unit vectors in the last step.
+    /// Levels from coarse to fine; 1 where the surface itself was coarse enough.
+    pub levels: usize,
+    /// Mean change of the free unit vectors in the last step or, with more levels, sweep.
     pub last_change: f64,
     /// How much the field turns, `Σ w |uⱼ - r uᵢ|²`; without unit.
     pub smoothness_energy: f64,
@@ -57,16 +61,18 @@ pub struct SmoothingReport {
 
 /// The smoothest field that follows its guidance: minimises [PGP06] Eq. 21 over unit vectors.
 ///
-/// The norm penalty of the paper keeps vectors from vanishing; here each step diffuses and then
-/// normalises: `u ← normalise((A + τM)⁻¹ (f + τM u))` with the matrix `A` and the right side `f` of
-/// the quadratic form. That descends the same functional with one matrix for all steps, factored
-/// once, and without a start from an eigenvector. Without any guidance the first steps, from seeded
-/// phases, are inverse iterations for the smoothest field there is.
+/// From coarse to fine: neighbours are grouped, each turned by the rotation that links it to its
+/// group, until the form has few unknowns. The norm penalty of the paper keeps vectors from
+/// vanishing; here each step on the coarsest level diffuses and then normalises:
+/// `u ← normalise((A + τM)⁻¹ (f + τM u))` with the matrix `A` and the right side `f` of the quadratic
+/// form. That descends the same functional with one matrix for all steps, factored once, and without
+/// a start from an eigenvector. Without any guidance the first steps, from seeded phases, are inverse
+/// iterations for the smoothest field there is. On each finer level every vector is moved in turn to
+/// its best place among its neighbours, which never raises the functional.
 ///
 /// `positions` order the factorisation; they have no influence on the field.
 ///
-/// Fixed vertices are eliminated. Cost: one factorisation with a complex unknown per free vertex,
-/// and a solve for each step.
+/// Fixed vertices are eliminated. Cost: linear, and a small factorisation.
 ///
 /// # Errors
 /// [`FieldError`].
@@ -82,31 +88,81 @@ pub fn smooth_field(
     check_share(options.smoothing)?;
     let _stage = watch.stage("field smoothing");
     let system = System::new(triangulation, guidance, options.smoothing)?;
-    let mut run = Diffusion::new(&system, positions, watch)?;
-    let start = run.start(options.seed)?;
-    let patience = if system.is_unguided() { 10 } else { 1 };
-    let steps = options.steps.saturating_mul(patience);
-    let free = run.descend(start, steps, watch)?;
-    let powers = system.with_fixed(&free);
-    let Diffusion {
-        residual,
-        steps,
-        last_change,
-        ..
-    } = run;
+    let found = Found::from_coarse(&system, positions, options, watch)?;
+    let powers = system.with_fixed(&found.values);
     Ok(SmoothField {
         report: SmoothingReport {
-            steps,
-            last_change,
+            steps: found.steps,
+            levels: found.levels,
+            last_change: found.last_change,
             smoothness_energy: system.connection.energy(&powers),
             guidance_energy: system.guidance_energy(&powers),
-            residual,
+            residual: found.residual,
         },
         field: CrossField::from_angles(
             guidance.symmetry(),
             powers.map(|&power| guidance.symmetry().root(power)),
         ),
     })
+}
+
+/// Most nodes of the coarsest level. Coarse links are stiff against guidance: with few nodes a field
+/// has few singularities, and the sweeps on finer levels bring it back to its guidance.
+const COARSEST: usize = 800;
+
+/// Most sweeps on each finer level, forth and back.
+const SWEEPS: usize = 15;
+
+/// Unit vectors found from coarse to fine.
+struct Found {
+    values: Vec<DVec2>,
+    steps: usize,
+    levels: usize,
+    last_change: f64,
+    residual: f64,
+}
+
+impl Found {
+    fn from_coarse(
+        system: &System,
+        positions: &PerVertex<DVec3>,
+        options: &SmoothingOptions,
+        watch: &Watch,
+    ) -> Result<Self, FieldError> {
+        let graph = system.graph();
+        let hierarchy = Hierarchy::new(&graph, COARSEST, watch)?;
+        let nodes = Nodes {
+            weights: hierarchy.sums(system.at_free(&system.weights)),
+            points: hierarchy.points(system.at_free(positions)),
+        };
+        let (at_rest, patience) = if system.is_unguided() {
+            (FREE_FIELD_AT_REST, 10)
+        } else {
+            (FIELD_AT_REST, 1)
+        };
+        let mut run = Diffusion::new(hierarchy.coarsest(), &nodes, at_rest, watch)?;
+        let start = run.start(options.seed)?;
+        let steps = options.steps.saturating_mul(patience);
+        let coarse = run.descend(start, steps, watch)?;
+        let mut last_change = run.last_change;
+        let values = hierarchy.carried_down(coarse, watch, |graph, values| {
+            for _ in 0..SWEEPS {
+                watch.check()?;
+                last_change = graph.relax_units(values);
+                if last_change < SWEPT_FIELD_AT_REST {
+                    break;
+                }
+            }
+            Ok::<_, FieldError>(())
+        })?;
+        Ok(Self {
+            values,
+            steps: run.steps,
+            levels: hierarchy.depth() + 1,
+            last_change,
+            residual: run.residual,
+        })
+    }
 }
 
 /// Refuses a share of smoothness that is none.

@@ -1,12 +1,14 @@
 use glam::DVec3;
 
+use super::curvature::curvatures_on;
 use super::report::counts_by_index;
+use super::tangent::TangentPlanes;
 use super::{
     CancelOptions, Cancellation, CrossField, FieldDomain, FieldError, FieldOptions, FieldReport,
     Guidance, Prescription, PrincipalCurvature, Singularities, SingularityPlan, Stroke, Symmetry,
-    feature_edges, principal_curvatures, smooth_field,
+    feature_edges, smooth_field,
 };
-use crate::geometry::{Similarity, normalized, vertex_areas, vertex_frames};
+use crate::geometry::{Similarity, normalized};
 use crate::mesh::{PerVertex, Surface, Topology};
 use crate::tolerance::INDEX_ROUNDING;
 use crate::watch::Watch;
@@ -90,8 +92,8 @@ pub fn cross_field(
         curl,
     };
     Ok(FieldResult {
-        directions: field.directions_in_space(&unit_surface, domain.triangulation()),
-        normals: vertex_frames(&unit_surface).map(|frame| frame.normal),
+        directions: field.directions_through(&TangentPlanes::on(&domain)),
+        normals: domain.frames().map(|frame| frame.normal),
         curvatures: curvatures.map(|curvatures| at_own_scale(&curvatures, &similarity)),
         field,
         singularities,
@@ -128,9 +130,10 @@ impl Ground<'_> {
     ) -> Result<Option<PerVertex<PrincipalCurvature>>, FieldError> {
         let wanted = self.options.curvature;
         let wanted = wanted.filter(|_| self.options.symmetry != Symmetry::Vector);
-        let (surface, triangulation) = (self.domain.surface(), self.domain.triangulation());
-        let found =
-            wanted.map(|wanted| principal_curvatures(surface, triangulation, &wanted, watch));
+        let found = wanted.map(|wanted| {
+            let planes = TangentPlanes::on(self.domain);
+            curvatures_on(planes, self.domain.edge_graph(), &wanted, watch)
+        });
         Ok(found.transpose()?)
     }
 
@@ -270,7 +273,7 @@ impl Ground<'_> {
             return [None; 2];
         };
         let [mut deviations, mut weights, mut total] = [0.0; 3];
-        for (vertex, &area) in vertex_areas(self.domain.triangulation()).enumerate() {
+        for (vertex, &area) in self.domain.areas().enumerate() {
             let curvature = curvatures[vertex];
             let weight = area * curvature.confidence;
             let off = field

@@ -44,7 +44,7 @@ impl Guidance {
             return Ok(());
         }
         let tree = PointTree::new(domain.surface().positions().as_slice().to_vec());
-        let planes = TangentPlanes::of(domain.surface(), domain.triangulation());
+        let planes = TangentPlanes::on(domain);
         for (number, stroke) in strokes.iter().enumerate() {
             check(number, stroke)?;
             let wishes = self.along(stroke, domain.mean_edge_length(), &tree, &planes);

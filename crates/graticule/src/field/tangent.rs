@@ -1,10 +1,11 @@
 //! Between directions in space and angles in the tangent planes of an intrinsic triangulation.
 
+use std::borrow::Cow;
 use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 
-use super::Symmetry;
+use super::{FieldDomain, Symmetry};
 use crate::geometry::{IntrinsicTriangulation, TangentFrame, vertex_frames};
 use crate::mesh::{HalfedgeId, PerVertex, Surface, VertexId};
 use crate::tolerance::{GUIDE_SLANT, ROUNDING};
@@ -19,9 +20,9 @@ const SLACK: f64 = 32.0 * ROUNDING;
 /// projections to the tangent plane of the frame: a direction along the crease would come out up to
 /// ten degrees off. So a direction goes into its own triangle first and is projected from there.
 pub(super) struct TangentPlanes<'a> {
-    surface: &'a Surface,
-    triangulation: &'a IntrinsicTriangulation,
-    pub(super) frames: PerVertex<TangentFrame>,
+    pub(super) surface: &'a Surface,
+    pub(super) triangulation: &'a IntrinsicTriangulation,
+    pub(super) frames: Cow<'a, PerVertex<TangentFrame>>,
 }
 
 impl<'a> TangentPlanes<'a> {
@@ -30,7 +31,16 @@ impl<'a> TangentPlanes<'a> {
         Self {
             surface,
             triangulation,
-            frames: vertex_frames(surface),
+            frames: Cow::Owned(vertex_frames(surface)),
+        }
+    }
+
+    /// Those of a domain.
+    pub(super) fn on(domain: &'a FieldDomain<'_>) -> Self {
+        Self {
+            surface: domain.surface(),
+            triangulation: domain.triangulation(),
+            frames: Cow::Borrowed(domain.frames()),
         }
     }
 
@@ -44,7 +54,9 @@ impl<'a> TangentPlanes<'a> {
     /// The angle along the surface of one direction of a field whose directions have `angle`, and
     /// that turned by steps, in the frame.
     pub(super) fn on_surface(&self, symmetry: Symmetry, vertex: VertexId, angle: f64) -> f64 {
-        mean(symmetry, angle, |angle| self.preimage(vertex, angle)).unwrap_or(angle)
+        let sectors = self.sectors(vertex);
+        let preimage = |angle| self.preimage(vertex, &sectors, angle);
+        mean(symmetry, angle, preimage).unwrap_or(angle)
     }
 
     /// The angle in the frame of the direction with this angle along the surface.
@@ -55,23 +67,23 @@ impl<'a> TangentPlanes<'a> {
             if past > self.width(halfedge, scale) + SLACK {
                 return None;
             }
-            let [side, next] = self.sector(halfedge)?.sides;
+            let [side, next] = self.sides(halfedge)?;
             let across = (next - side * side.dot(next)).try_normalize()?;
             let (sin, cos) = libm::sincos(past / scale);
             polar_angle(self.frames[vertex].project(side * cos + across * sin))
         });
         inside.or_else(|| {
-            let [surface, frame] = self.rim(vertex)?;
+            let [surface, frame] = self.rim(vertex, &self.sectors(vertex))?;
             Some(beyond(surface, frame, angle))
         })
     }
 
     /// The angle along the surface of the direction with this angle in the frame; `None` where the
     /// projected triangles do not surround an inner vertex.
-    fn preimage(&self, vertex: VertexId, angle: f64) -> Option<f64> {
+    fn preimage(&self, vertex: VertexId, sectors: &[Sector], angle: f64) -> Option<f64> {
         let wanted = DVec2::from_angle(angle);
         let scale = self.triangulation.angle_scale(vertex);
-        let inside = self.sectors(vertex).find_map(|sector| {
+        let inside = sectors.iter().find_map(|sector| {
             let [p, q] = sector.sides.map(|side| self.frames[vertex].project(side));
             let (area, of_p, of_q) = (p.perp_dot(q), wanted.perp_dot(q), p.perp_dot(wanted));
             if area <= 0.0 || of_p < 0.0 || of_q < 0.0 {
@@ -82,19 +94,18 @@ impl<'a> TangentPlanes<'a> {
             Some(sector.start + scale * side.angle_between(vector))
         });
         inside.or_else(|| {
-            let [surface, frame] = self.rim(vertex)?;
+            let [surface, frame] = self.rim(vertex, sectors)?;
             Some(beyond(frame, surface, angle))
         })
     }
 
     /// The angles of the two boundary edges at a vertex, the first and the last of its edges: along
     /// the surface, and in the frame. `None` inside.
-    fn rim(&self, vertex: VertexId) -> Option<[[f64; 2]; 2]> {
+    fn rim(&self, vertex: VertexId, sectors: &[Sector]) -> Option<[[f64; 2]; 2]> {
         if !self.surface.mesh().is_boundary_vertex(vertex) {
             return None;
         }
-        let first = self.sectors(vertex).next()?;
-        let last = self.sectors(vertex).last()?;
+        let (first, last) = (sectors.first()?, sectors.last()?);
         let width = last.sides[0].angle_between(last.sides[1]);
         let end = last.start + self.triangulation.angle_scale(vertex) * width;
         let in_frame = |side| polar_angle(self.frames[vertex].project(side));
@@ -102,20 +113,39 @@ impl<'a> TangentPlanes<'a> {
         Some([[first.start, end], frame])
     }
 
-    /// The corners round a vertex.
-    fn sectors(&self, vertex: VertexId) -> impl Iterator<Item = Sector> + '_ {
-        let halfedges = self.surface.mesh().outgoing(vertex);
-        halfedges.filter_map(move |halfedge| self.sector(halfedge))
+    /// The corners round a vertex, counter-clockwise.
+    fn sectors(&self, vertex: VertexId) -> Vec<Sector> {
+        let mesh = self.surface.mesh();
+        let halfedges = mesh.outgoing(vertex);
+        let sides: Vec<_> = halfedges.map(|h| (h, self.unit(h, 1.0))).collect();
+        // The next side of each corner is the side of the one after it; a rim ends with another edge.
+        let end = sides.last().and_then(|&(last, _)| {
+            let goes_round = mesh.turn_left(last).is_some();
+            if goes_round {
+                sides[0].1
+            } else {
+                self.unit(last.previous(), -1.0)
+            }
+        });
+        let nexts = sides.iter().skip(1).map(|&(_, side)| side).chain([end]);
+        let sectors = sides
+            .iter()
+            .zip(nexts)
+            .filter_map(|(&(halfedge, side), next)| {
+                Some(Sector {
+                    start: self.triangulation.direction(halfedge),
+                    sides: [side?, next?],
+                })
+            });
+        sectors.collect()
     }
 
-    /// The corner at the origin of a halfedge.
-    fn sector(&self, halfedge: HalfedgeId) -> Option<Sector> {
-        let side = self.unit(halfedge, 1.0)?;
-        let next = self.unit(halfedge.previous(), -1.0)?;
-        Some(Sector {
-            start: self.triangulation.direction(halfedge),
-            sides: [side, next],
-        })
+    /// The sides of the corner at the origin of a halfedge, as unit vectors.
+    fn sides(&self, halfedge: HalfedgeId) -> Option<[DVec3; 2]> {
+        Some([
+            self.unit(halfedge, 1.0)?,
+            self.unit(halfedge.previous(), -1.0)?,
+        ])
     }
 
     /// How wide that corner is along the surface, as directions count.
@@ -144,7 +174,8 @@ impl<'a> TangentPlanes<'a> {
 /// An angle in `0.0..2π`, just below a whole turn as 0: rounding must not lose a direction between
 /// two triangles, or at the boundary.
 fn round_down(angle: f64) -> f64 {
-    let wrapped = angle.rem_euclid(TAU);
+    // The remainder of the standard library takes ten times as long, to be exact for large angles.
+    let wrapped = angle - TAU * (angle / TAU).floor();
     if wrapped > TAU - SLACK { 0.0 } else { wrapped }
 }
 
@@ -203,7 +234,8 @@ mod tests {
                 for step in -3..=3 {
                     let angle = f64::from(step);
                     let image = planes.image(vertex, angle).unwrap();
-                    let back = planes.preimage(vertex, image).unwrap();
+                    let sectors = planes.sectors(vertex);
+                    let back = planes.preimage(vertex, &sectors, image).unwrap();
                     let (off, _) = Symmetry::Vector.reduce(back - angle);
                     assert!(off.abs() < 1e-7, "{vertex}: {angle} {back}");
                 }

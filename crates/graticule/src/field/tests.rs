@@ -172,11 +172,18 @@ fn mirrored_bump(cells: u32) -> Fixture {
 
 #[test]
 fn a_mirrored_surface_has_a_mirrored_field() {
-    let cells = 10;
-    let surface = surface(mirrored_bump(cells));
-    let found = field(&surface, &FieldOptions::default());
+    // Solved as a whole to rounding; from coarse to fine, as far as the sweeps go.
+    for (cells, tolerance) in [(10, 1e-9), (36, 0.02)] {
+        let off = asymmetry(&surface(mirrored_bump(cells)));
+        assert!(off < tolerance, "{cells} cells: {off}");
+    }
+}
+
+/// The largest angle between the field of a surface and its mirror image.
+fn asymmetry(surface: &Surface) -> f64 {
+    let found = field(surface, &FieldOptions::default());
     let mirror = |p: DVec3| DVec3::new(-p.x, p.y, p.z);
-    for vertex in surface.mesh().vertices() {
+    let angles = surface.mesh().vertices().map(|vertex| {
         let image = mirror(surface.position(vertex));
         let other = surface
             .mesh()
@@ -184,14 +191,14 @@ fn a_mirrored_surface_has_a_mirrored_field() {
             .find(|&v| surface.position(v) == image)
             .unwrap();
         let direction = mirror(found.directions[vertex]);
-        let angle = off(
+        off(
             Symmetry::Cross,
             found.directions[other],
             direction,
             found.normals[other],
-        );
-        assert!(angle < 1e-9, "{vertex}: {angle}");
-    }
+        )
+    });
+    angles.fold(0.0, f64::max)
 }
 
 #[test]

@@ -17,7 +17,7 @@ use crate::geometry::{
     vertex_frames,
 };
 use crate::mesh::{EdgeId, Element, FaceId, PerEdge, PerFace, PerVertex, Surface, VertexId};
-use crate::solve::sorted_along_curve;
+use crate::solve::along_curve;
 use crate::tolerance::NEEDLE_COTANGENT;
 use crate::watch::Watch;
 
@@ -236,7 +236,7 @@ impl<'a> Ground<'a> {
     /// that has more of the x axis, forward where that grows. Neighbours are close in memory, too.
     fn order_of_nodes(&self) -> NodeOrder {
         let positions = self.surface.positions().as_slice();
-        let vertices = sorted_along_curve((0..positions.len() as u32).collect(), positions);
+        let vertices = along_curve(positions);
         let frames = vertex_frames(self.surface);
         let directions = self.field.directions_in_space(self.surface, &self.own);
         let seed = self.options.minimizer.seed();

@@ -44,7 +44,6 @@ mod newton;
 mod options;
 mod parameterization;
 mod periodic_error;
-mod phase_graph;
 mod refine;
 mod report;
 mod singular;
@@ -53,6 +52,8 @@ mod steps;
 mod transition;
 mod unroll;
 mod untangle;
+
+use crate::field::phase_graph;
 
 pub use energy::{EnergyKind, Phases, edge_energy, energy_weights, total_energy, turned_phases};
 pub use error::GridMapError;

@@ -67,7 +67,7 @@ pub use iterative::{
 pub use ldlt::Ldlt;
 pub use least_squares::LeastSquares;
 pub use lu::{Exchange, Lu, LuSymbolic};
-pub(crate) use ordering::sorted_along_curve;
+pub(crate) use ordering::along_curve;
 pub use ordering::{Graph, Ordering, Placement};
 pub use pattern::Pattern;
 pub use preconditioner::{Identity, IncompleteCholesky, Jacobi, Preconditioner};

@@ -117,17 +117,9 @@ impl Options {
         self.field.field_options(seed)
     }
 
-    fn chart_size(&self) -> ChartSize {
-        match (self.chart_length, self.chart_count) {
-            (Some(length), _) => ChartSize::Length(length),
-            (None, Some(count)) => ChartSize::Count(count),
-            (None, None) => ChartSize::MeanEdges(self.chart_size),
-        }
-    }
-
     pub(super) fn sizing(&self) -> Sizing<'_> {
         Sizing {
-            chart_size: self.chart_size(),
+            chart_size: self.size.chart_size(),
             angle: self.chart_angle,
             source: self.sizing.as_ref(),
         }

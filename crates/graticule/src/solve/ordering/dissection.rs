@@ -74,7 +74,7 @@ fn split_dense_vertices(graph: &Graph) -> (Vec<u32>, Vec<u32>) {
 
 /// Sorts along the Morton curve, 21 bits of each coordinate; points are within `-1..=1`.
 #[expect(clippy::cast_sign_loss, reason = "coordinates are at least -1")]
-pub(crate) fn sorted_along_curve(vertices: Vec<u32>, points: &[DVec3]) -> Vec<u32> {
+pub(super) fn sorted_along_curve(vertices: Vec<u32>, points: &[DVec3]) -> Vec<u32> {
     let spread = |value: f64| {
         // Two zero bits between any two bits.
         let mut bits = ((value + 1.0) * f64::from(1 << 20)) as u64 & 0x1f_ffff;

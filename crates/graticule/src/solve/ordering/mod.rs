@@ -8,7 +8,6 @@ mod graph;
 mod placement;
 mod separator;
 
-pub(crate) use dissection::sorted_along_curve;
 pub use graph::Graph;
 pub use placement::Placement;
 
@@ -133,6 +132,12 @@ impl Ordering {
     pub(super) fn faer(&self) -> faer::perm::PermRef<'_, u32> {
         faer::perm::PermRef::new_checked(&self.order, &self.places, self.order.len())
     }
+}
+
+/// The numbers of the points along a curve that fills space: what is near in it is near in space.
+pub(crate) fn along_curve(points: &[DVec3]) -> Vec<u32> {
+    let all = (0..points.len() as u32).collect();
+    dissection::sorted_along_curve(all, &to_unit_size(points))
 }
 
 /// The points moved and scaled into `-1..=1`; the origin in place of those that are not finite.

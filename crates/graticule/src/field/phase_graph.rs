@@ -6,19 +6,19 @@ use crate::solve::{LinearOperator, Preconditioner};
 
 /// `weight · |x_b − rotation · x_a|²`, with the conjugate of `x_b` where it is mirrored.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Link {
-    pub(super) ends: [usize; 2],
-    pub(super) is_mirrored: bool,
-    pub(super) rotation: DVec2,
-    pub(super) weight: f64,
+pub(crate) struct Link {
+    pub(crate) ends: [usize; 2],
+    pub(crate) is_mirrored: bool,
+    pub(crate) rotation: DVec2,
+    pub(crate) weight: f64,
 }
 
 /// What draws one node to another: `factor · x`, or `factor · conj x`.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Coupling {
-    pub(super) node: u32,
-    pub(super) is_mirrored: bool,
-    pub(super) factor: DVec2,
+pub(crate) struct Coupling {
+    pub(crate) node: u32,
+    pub(crate) is_mirrored: bool,
+    pub(crate) factor: DVec2,
 }
 
 impl Coupling {
@@ -31,7 +31,7 @@ impl Coupling {
 
 /// The complex number, or its conjugate.
 #[inline]
-pub(super) fn mirrored(value: DVec2, is_mirrored: bool) -> DVec2 {
+pub(crate) fn mirrored(value: DVec2, is_mirrored: bool) -> DVec2 {
     if is_mirrored {
         DVec2::new(value.x, -value.y)
     } else {
@@ -44,34 +44,34 @@ pub(super) fn mirrored(value: DVec2, is_mirrored: bool) -> DVec2 {
 /// Its gradient is `2 (d x − Σ factor · x_b − anchor)`. The numbers behind a node are complex, but the
 /// form is linear over the real numbers only, because of the mirrored links.
 #[derive(Clone, Debug)]
-pub(super) struct PhaseGraph {
+pub(crate) struct PhaseGraph {
     starts: Vec<u32>,
     couplings: Vec<Coupling>,
-    pub(super) diagonal: Vec<f64>,
+    pub(crate) diagonal: Vec<f64>,
     /// What fixed nodes pull at each node with.
-    pub(super) anchors: Vec<DVec2>,
-    pub(super) masses: Vec<f64>,
+    pub(crate) anchors: Vec<DVec2>,
+    pub(crate) masses: Vec<f64>,
     /// Unit vectors to start from.
-    pub(super) starts_from: Vec<DVec2>,
+    pub(crate) starts_from: Vec<DVec2>,
     /// The constant part of the form: weights of links to fixed nodes.
     constant: f64,
     /// The place of each node of the caller among the free ones, or [`FIXED`].
-    pub(super) places: Vec<u32>,
+    pub(crate) places: Vec<u32>,
 }
 
 /// In which order nodes take turns, and where each starts.
-pub(super) struct NodeOrder {
+pub(crate) struct NodeOrder {
     /// All nodes.
-    pub(super) nodes: Vec<u32>,
+    pub(crate) nodes: Vec<u32>,
     /// A unit vector for each, by its number.
-    pub(super) starts_from: Vec<DVec2>,
+    pub(crate) starts_from: Vec<DVec2>,
 }
 
 /// Stands for no place among the free nodes.
-pub(super) const FIXED: u32 = u32::MAX;
+pub(crate) const FIXED: u32 = u32::MAX;
 
 impl PhaseGraph {
-    pub(super) fn new(
+    pub(crate) fn new(
         masses: &[f64],
         is_fixed: &[bool],
         order: &NodeOrder,
@@ -97,13 +97,13 @@ impl PhaseGraph {
         for link in links {
             graph.add(&link, &mut rows);
         }
-        graph.collect(&rows);
+        graph.collect(rows.iter().copied());
         graph
     }
 
     /// One with other rows; every node is free.
-    pub(super) fn from_rows(
-        rows: &[(u32, Coupling)],
+    pub(crate) fn from_rows(
+        rows: impl Iterator<Item = (u32, Coupling)> + Clone,
         diagonal: Vec<f64>,
         anchors: Vec<DVec2>,
         masses: Vec<f64>,
@@ -157,11 +157,11 @@ impl PhaseGraph {
     }
 
     /// Sorts couplings by their row, keeping the order within.
-    fn collect(&mut self, rows: &[(u32, Coupling)]) {
+    fn collect(&mut self, rows: impl Iterator<Item = (u32, Coupling)> + Clone) {
         let count = self.diagonal.len();
         let mut starts = vec![0_u32; count + 1];
-        for (row, _) in rows {
-            starts[*row as usize + 1] += 1;
+        for (row, _) in rows.clone() {
+            starts[row as usize + 1] += 1;
         }
         for row in 0..count {
             starts[row + 1] += starts[row];
@@ -171,27 +171,27 @@ impl PhaseGraph {
             is_mirrored: false,
             factor: DVec2::ZERO,
         };
-        let mut couplings = vec![nothing; rows.len()];
+        let mut couplings = vec![nothing; starts[count] as usize];
         let mut filled = starts.clone();
         for (row, coupling) in rows {
-            let place = &mut filled[*row as usize];
-            couplings[*place as usize] = *coupling;
+            let place = &mut filled[row as usize];
+            couplings[*place as usize] = coupling;
             *place += 1;
         }
         (self.starts, self.couplings) = (starts, couplings);
     }
 
     /// The number of free nodes.
-    pub(super) fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.diagonal.len()
     }
 
-    pub(super) fn couplings(&self, node: usize) -> &[Coupling] {
+    pub(crate) fn couplings(&self, node: usize) -> &[Coupling] {
         &self.couplings[self.starts[node] as usize..self.starts[node + 1] as usize]
     }
 
     /// For each node the number of the part of the graph that hangs together with it.
-    pub(super) fn components(&self) -> Vec<u32> {
+    pub(crate) fn components(&self) -> Vec<u32> {
         let mut components = vec![u32::MAX; self.count()];
         let mut found = 0;
         let mut waiting = Vec::new();
@@ -217,13 +217,13 @@ impl PhaseGraph {
 
     /// Where the neighbours of a node want it, times the sum of their weights.
     #[inline]
-    pub(super) fn pull(&self, node: usize, values: &[DVec2]) -> DVec2 {
+    pub(crate) fn pull(&self, node: usize, values: &[DVec2]) -> DVec2 {
         let pulls = self.couplings(node).iter();
         self.anchors[node] + pulls.map(|coupling| coupling.pull(values)).sum::<DVec2>()
     }
 
     /// The value of the form.
-    pub(super) fn energy(&self, values: &[DVec2]) -> f64 {
+    pub(crate) fn energy(&self, values: &[DVec2]) -> f64 {
         let terms = (0..self.count()).map(|node| {
             let (own, pull) = (values[node], self.pull(node, values));
             self.diagonal[node] * own.length_squared() - own.dot(pull + self.anchors[node])
@@ -233,7 +233,7 @@ impl PhaseGraph {
 
     /// For each node the length of the mean of what its neighbours want it to be: 1 where they agree,
     /// 0 where the phase is singular.
-    pub(super) fn agreements(&self, values: &[DVec2]) -> Vec<f64> {
+    pub(crate) fn agreements(&self, values: &[DVec2]) -> Vec<f64> {
         let of_node = |node| {
             let weight = self.diagonal[node];
             if weight > 0.0 {
@@ -247,7 +247,7 @@ impl PhaseGraph {
 
     /// Moves each node to the best unit vector for its neighbours as they are, in order and then
     /// back; the mean move of the second pass. The form never grows.
-    pub(super) fn relax_units(&self, values: &mut [DVec2]) -> f64 {
+    pub(crate) fn relax_units(&self, values: &mut [DVec2]) -> f64 {
         for node in 0..self.count() {
             self.relax_unit(node, values);
         }
@@ -266,13 +266,13 @@ impl PhaseGraph {
     }
 
     /// The operator `d x − Σ factor · x_b + step · mass · x`, for unknowns as pairs of numbers.
-    pub(super) fn shifted(&self, step: f64) -> ShiftedForm<'_> {
+    pub(crate) fn shifted(&self, step: f64) -> ShiftedForm<'_> {
         ShiftedForm { graph: self, step }
     }
 }
 
 /// Half the form's matrix plus a multiple of the masses.
-pub(super) struct ShiftedForm<'a> {
+pub(crate) struct ShiftedForm<'a> {
     graph: &'a PhaseGraph,
     step: f64,
 }
