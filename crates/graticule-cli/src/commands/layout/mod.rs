@@ -29,7 +29,7 @@ const PANEL: u32 = 1000;
 /// Reads, repairs, lays out, draws, writes.
 pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {
     let (plan, complex_file) = options.check(&session.common)?;
-    let input = Input::read(&options.mesh, session)?;
+    let input = Input::read(&options.paths.mesh, session)?;
     let mut outcome = Outcome::of(Report::new("layout", session.options_to_report(options)?));
     outcome.report.input = input.to_report();
     let repaired = input.repaired_on_the_way(options.repair_options(), session)?;

@@ -14,23 +14,17 @@ use crate::arguments::CommonOptions;
 use crate::chart_arguments::ChartArguments;
 use crate::failure::Failure;
 use crate::field_arguments::FieldArguments;
-use crate::mesh_output::{MeshOutput, parse_format};
+use crate::mesh_output::{MeshOutput, MeshPaths};
 use crate::outcome::Plan;
 use crate::repair_options::RepairArguments;
 
-/// Options of `graticule layout`.
+/// Options of `graticule layout`. The mesh written is cut along the borders of the charts, each a
+/// group, with all charts side by side as texture coordinates.
 #[derive(Args, Debug, Serialize)]
 pub(crate) struct Options {
-    /// The mesh
-    #[arg(value_name = "MESH")]
-    pub(super) mesh: PathBuf,
-    /// Where to write the mesh, cut along the borders of the charts, each a group, with all charts side
-    /// by side as texture coordinates (.obj, .ply, .glb); - is standard output
-    #[arg(long, short, value_name = "OUT")]
-    output: PathBuf,
-    /// Format of the mesh, if the name does not tell
-    #[arg(long, value_name = "FORMAT")]
-    format: Option<String>,
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub(super) paths: MeshPaths,
     #[command(flatten)]
     #[serde(flatten)]
     size: ChartArguments,
@@ -67,9 +61,7 @@ pub(super) type FurtherMesh = Option<(PathBuf, Format)>;
 impl Options {
     /// Checks everything that can be checked before any work.
     pub(super) fn check(&self, common: &CommonOptions) -> Result<(Plan, FurtherMesh), Failure> {
-        let format = self.format.as_deref().map(parse_format).transpose();
-        let format = format.map_err(|fact| Failure::usage(fact, "name one of obj, ply, glb"))?;
-        let output = MeshOutput::new(&self.output, format)?.with_uvs()?;
+        let output = self.paths.output()?.with_uvs()?;
         let mut plan = Plan::with_mesh(common, Some(output))?;
         self.atlas.check()?;
         for path in self.atlas.image_files() {
