@@ -74,11 +74,11 @@ fn is_flat(draft: &Draft, triangle: u32) -> bool {
 }
 
 /// Drops components all of whose triangles are without area, as they hold no surface, and tells of
-/// such triangles that are left in others.
-pub(super) fn drop_flat_components(draft: &mut Draft, changes: &mut RepairChanges) {
+/// such triangles that are left in others. Returns whether any was dropped.
+pub(super) fn drop_flat_components(draft: &mut Draft, changes: &mut RepairChanges) -> bool {
     let flat = flat_triangles(draft);
     if flat.is_empty() {
-        return;
+        return false;
     }
     let mut is_flat = vec![false; draft.triangles.len()];
     for &triangle in &flat {
@@ -104,6 +104,7 @@ pub(super) fn drop_flat_components(draft: &mut Draft, changes: &mut RepairChange
         }
     }
     draft.retain(&keep);
+    keep.contains(&false)
 }
 
 /// A draft under local changes, with neighbours kept up to date.

@@ -170,7 +170,10 @@ pub fn repair(
         }
         manifold::make_manifold(&mut draft, &mut changes, watch)?;
     }
-    degenerate::drop_flat_components(&mut draft, &mut changes);
+    if degenerate::drop_flat_components(&mut draft, &mut changes) {
+        // Takes their vertices out.
+        manifold::make_manifold(&mut draft, &mut changes, watch)?;
+    }
     watch.check()?;
     warn(&changes, watch);
     finish(draft, changes)
