@@ -42,6 +42,9 @@ pub(super) fn phases_from_coarse(
 /// may go round a handle any number of times, each leads to a minimum of its own.
 const STARTS: u32 = 16;
 
+/// Most nodes for which more than one start is tried.
+const MOST_FOR_STARTS: usize = 16 * COARSEST;
+
 /// Share by which an energy must be lower to count: rounding must not choose between equal minima.
 const LOWER: f64 = 1e-6;
 
@@ -50,7 +53,13 @@ const LOWER: f64 = 1e-6;
 fn lowest(graph: &PhaseGraph) -> Vec<DVec2> {
     let mut start = graph.starts_from.clone();
     let mut best = (f64::INFINITY, Vec::new());
-    for _ in 0..STARTS {
+    // Where coarsening stalled early, one start costs enough.
+    let starts = if graph.count() <= MOST_FOR_STARTS {
+        STARTS
+    } else {
+        1
+    };
+    for _ in 0..starts {
         let mut values = start.clone();
         relax(graph, &mut values, COARSEST_SWEEPS);
         let energy = graph.energy(&values);
