@@ -378,6 +378,10 @@ pub const STROKE_REACH: f64 = 2.0;
 /// cross one edge at a time and never meet a vertex: invisible, and far above rounding.
 pub const EDGE_END: f64 = 1e-9;
 
+/// Relative difference up to which two paths on a surface count as equally long: those of mirror
+/// images differ by rounding, far less, and others by chance hardly ever so little.
+pub const LIKE_LENGTHS: f64 = 1e-9;
+
 /// Share of a step by which a field may turn along an edge for its jump to be read off its angles:
 /// above what is aimed at, below half a step by far more than rounding.
 pub const WIDEST_TURN_READ: f64 = 0.499;

@@ -9,7 +9,7 @@ use super::face_path::{End, FacePath, FacePathFinder};
 use super::matching::Matching;
 use super::{CrossField, FieldDomain, FieldError, Guidance};
 use crate::mesh::{DisjointSets, FaceId, HalfedgeId, PerFace, PerVertex, VertexId};
-use crate::tolerance::WIDEST_TURN_READ;
+use crate::tolerance::{LIKE_LENGTHS, WIDEST_TURN_READ};
 use crate::watch::Watch;
 
 /// What [`FieldDomain::cancel_close_pairs`] did.
@@ -85,6 +85,11 @@ const LEAST_REACH: f64 = 3.0;
 
 /// Most vertices in such a disk.
 const MOST_VERTICES: usize = 4_000;
+
+/// Whether two lengths differ by no more than rounding, as those of mirror images.
+fn is_like(a: f64, b: f64) -> bool {
+    (a - b).abs() <= LIKE_LENGTHS * a.max(b)
+}
 
 /// A singularity, and the way to one of opposite sign.
 struct Pair {
@@ -209,19 +214,26 @@ impl<'a> Canceller<'a> {
         groups.into_values().collect()
     }
 
-    /// Cancels all pairs of a group at once, so that what is symmetric stays so; if that cannot be,
-    /// one after the other.
+    /// Cancels all pairs of a group at once; if that cannot be, one after the other, but still at once
+    /// those at like distances: mirror images of each other, that would end unlike if one of them went
+    /// first.
     fn try_group(&mut self, group: &[Candidate]) -> Result<(), FieldError> {
-        if !self.try_pairs(group)? && group.len() > 1 {
-            for single in group {
-                self.try_pairs(std::slice::from_ref(single))?;
-            }
+        let parts = || group.chunk_by(|a, b| is_like(a.pair.path.length, b.pair.path.length));
+        let is_split = parts().nth(1).is_some();
+        // Stiffening for the sake of one pair would spoil the field around unlike ones.
+        let solves = if is_split { 0 } else { STIFFENED_SOLVES };
+        if self.try_pairs(group, solves)? || !is_split {
+            return Ok(());
+        }
+        for part in parts() {
+            self.try_pairs(part, STIFFENED_SOLVES)?;
         }
         Ok(())
     }
 
     /// Cancels pairs, unless the field cannot do without one of them; whether it could.
-    fn try_pairs(&mut self, group: &[Candidate]) -> Result<bool, FieldError> {
+    /// Edges that turn too far are stiffened in so many solves.
+    fn try_pairs(&mut self, group: &[Candidate], stiffened: usize) -> Result<bool, FieldError> {
         let mut region: Vec<VertexId> = group.iter().flat_map(|c| &c.region).copied().collect();
         region.sort_unstable();
         region.dedup();
@@ -230,8 +242,6 @@ impl<'a> Canceller<'a> {
         for Candidate { pair, .. } in group {
             self.matching.carry(mesh, &pair.path.crossed, 1);
         }
-        // Stiffening for the sake of one pair would spoil the field around the others.
-        let stiffened = if group.len() > 1 { 0 } else { STIFFENED_SOLVES };
         let Self { fit, angles, .. } = self;
         fit.fit(angles, &self.matching, &region, stiffened)?;
         let crossed = group.iter().flat_map(|c| &c.pair.path.crossed);
@@ -254,7 +264,7 @@ impl<'a> Canceller<'a> {
         Ok(could)
     }
 
-    /// The vertices around both that are not held.
+    /// The vertices around both that are neither held nor torn.
     fn region(&mut self, pair: &Pair) -> Vec<VertexId> {
         let least = LEAST_REACH * self.domain.mean_edge_length();
         let radius = (REACH * pair.path.length).max(least);
@@ -280,8 +290,19 @@ impl<'a> Canceller<'a> {
         }
         region.sort_unstable();
         region.dedup();
-        region.retain(|&vertex| self.guidance.fixed(vertex).is_none());
+        region.retain(|&vertex| self.guidance.fixed(vertex).is_none() && !self.is_torn(vertex));
         region
+    }
+
+    /// Whether the field turns by half a step along an edge here. Rounding chooses the jump there, as
+    /// on the plane of a mirror: a fit would carry that choice into the field.
+    fn is_torn(&self, vertex: VertexId) -> bool {
+        let around = self.domain.surface().mesh().outgoing(vertex);
+        !self.turn_little(
+            around
+                .flat_map(|halfedge| [halfedge, halfedge.previous()])
+                .filter(|&side| self.domain.surface().mesh().ends(side).contains(&vertex)),
+        )
     }
 
     /// Whether the field turns so little along these halfedges that its jumps are those that anyone

@@ -316,7 +316,9 @@ mod tests {
         for (fixture, is_guided, share) in [
             (torus(2.0, 0.7, 30, 12), true, 0.02),
             (vase(0.3, 36, 24), true, 0.05),
-            (ellipsoid(DVec3::new(1.0, 1.4, 2.0), 3), true, 0.1),
+            // Since curvature draws three times as strongly, diffusion comes to rest 13 % above what
+            // Newton's method reaches.
+            (ellipsoid(DVec3::new(1.0, 1.4, 2.0), 3), true, 0.15),
             (ellipsoid(DVec3::new(1.0, 1.4, 2.0), 3), false, 0.15),
         ] {
             let [diffused, newton] = energies(fixture, is_guided);

@@ -70,6 +70,9 @@ pub struct SmoothingReport {
 /// iterations for the smoothest field there is. On each finer level every vector is moved in turn to
 /// its best place among its neighbours, which never raises the functional.
 ///
+/// A mirrored surface gets a mirrored field, to rounding, if there is one level only. With more, the
+/// groups are not mirrored and may lead its two sides into different local minima.
+///
 /// `positions` order the factorisation; they have no influence on the field.
 ///
 /// Fixed vertices are eliminated. Cost: linear, and a small factorisation.

@@ -243,6 +243,8 @@ impl Ground<'_> {
             distance,
             smoothing: self.options.smoothing.smoothing,
         };
+        // Where triangles are too degenerate for indices to be counted, pairs would be without end.
+        self.checked_index_sum(&self.domain.singularities(&field))?;
         let found = self
             .domain
             .cancel_close_pairs(&field, guidance, &cancel, watch)?;
