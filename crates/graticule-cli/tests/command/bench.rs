@@ -85,6 +85,17 @@ impl Bench {
         run
     }
 
+    /// Runs the command and wants it to tell of wrong words, with nothing on standard output and no
+    /// new file. The parser of the command line has no line of advice.
+    pub(crate) fn misuse(&self, words: &str) {
+        let before = self.files();
+        let run = self.run(words);
+        assert_eq!(run.code, 2, "{words}: {}", run.stderr);
+        assert_eq!(run.stdout, "", "{words}");
+        assert_eq!(self.files(), before, "{words}");
+        assert!(run.stderr.starts_with("error: "), "{words}: {}", run.stderr);
+    }
+
     /// Runs the command and wants it to end with this code, one line of fact, one of advice,
     /// nothing on standard output and no new file. Returns the fact.
     pub(crate) fn refuse(&self, code: i32, words: &str) -> String {

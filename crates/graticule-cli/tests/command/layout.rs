@@ -68,6 +68,6 @@ fn wrong_options_are_told_before_any_work() {
         "-o out.obj --layout out.obj",
         "-o out.txt",
     ] {
-        bench.refuse(2, &format!("layout patch.obj {options}"));
+        bench.misuse(&format!("layout patch.obj {options}"));
     }
 }

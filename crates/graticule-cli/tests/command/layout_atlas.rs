@@ -124,12 +124,12 @@ fn wrong_options_of_an_atlas_are_told_before_any_work() {
         "-o out.obj --resolution 0",
         "-o out.obj --udim 2 --texel-density 5",
         "-o out.obj --grid-seams --udim 2",
-        "-o out.obj --texel-density -1",
+        "-o out.obj --texel-density=-1",
         "-o out.obj --texture missing.png new.png",
         "-o out.obj --geometry-images missing",
         "-o out.obj --geometry-side 1",
     ] {
-        bench.refuse(2, &format!("layout patch.obj {options}"));
+        bench.misuse(&format!("layout patch.obj {options}"));
     }
     let fact = bench.refuse(1, "layout patch.obj -o out.obj --padding 4000");
     assert!(fact.contains("padding"), "{fact}");

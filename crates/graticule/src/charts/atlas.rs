@@ -184,6 +184,17 @@ pub fn chart_atlas(
     })
 }
 
+/// A size whose sides are whole where they are but for rounding: neighbours without a gap would
+/// overlap by it.
+fn snapped(size: DVec2) -> DVec2 {
+    let side = |side: f64| {
+        let whole = side.round();
+        let is_whole = (side - whole).abs() <= WHOLE_LENGTH;
+        if is_whole { whole } else { side }
+    };
+    DVec2::new(side(size.x), side(size.y))
+}
+
 /// Squares at whole coordinates; in halves of a spacing if some squares have such sides.
 fn on_net(maps: &ChartMaps) -> Vec<Placement> {
     let is_whole = |x: f64| (x - x.round()).abs() < WHOLE_LENGTH;
@@ -195,7 +206,7 @@ fn on_net(maps: &ChartMaps) -> Vec<Placement> {
     let sizes: Vec<DVec2> = maps
         .squares()
         .iter()
-        .map(|s| (s.size / unit).max(DVec2::splat(1e-3)))
+        .map(|s| snapped(s.size / unit).max(DVec2::splat(1e-3)))
         .collect();
     let cells: Vec<Cell> = sizes.iter().map(|size| Cell::around(*size)).collect();
     let mut side = Cell::least_side(&cells);

@@ -2,6 +2,8 @@
 
 use glam::DVec2;
 
+use crate::tolerance::WHOLE_LENGTH;
+
 /// A rectangle of cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Cell {
@@ -18,7 +20,7 @@ impl Cell {
     /// The whole numbers not below a size.
     pub(super) fn around(size: DVec2) -> Self {
         // What a size misses a whole number by is rounding.
-        Self::of((size - 1e-6).ceil())
+        Self::of((size - WHOLE_LENGTH).ceil())
     }
 
     #[allow(clippy::cast_sign_loss, reason = "at least 1")]

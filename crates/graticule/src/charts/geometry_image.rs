@@ -6,8 +6,8 @@ use rayon::prelude::*;
 use super::SquareId;
 use super::chart_map::ChartMaps;
 use super::texture_raster::TriangleRaster;
-use crate::geometry::vertex_normals;
-use crate::mesh::{Element, PerVertex};
+use crate::geometry::{face_areas, face_normals, face_shapes};
+use crate::mesh::{Element, PerFace, PerVertex};
 use crate::watch::{Stopped, Watch};
 
 /// Points of a square at whole steps, those on its border included, so that images of neighbours
@@ -34,7 +34,7 @@ pub fn geometry_images(
     watch: &Watch,
 ) -> Result<Vec<GeometryImage>, Stopped> {
     let _stage = watch.stage("geometry images");
-    let normals = vertex_normals(maps.surface());
+    let normals = surface_normals(maps);
     let squares = (0..maps.squares().len()).into_par_iter().map(|square| {
         watch.check()?;
         Ok(image(
@@ -45,6 +45,30 @@ pub fn geometry_images(
         ))
     });
     squares.collect()
+}
+
+/// The unit normal of each vertex, weighted by angles.
+///
+/// Cutting leaves needles, the normals of which are rounding: parts of one triangle of the input
+/// have its normal, the mean of theirs by area.
+fn surface_normals(maps: &ChartMaps) -> PerVertex<DVec3> {
+    let (surface, origins) = (maps.surface(), maps.face_origin());
+    let mesh = surface.mesh();
+    let shapes = face_shapes(surface);
+    let count = origins.iter().map(|face| face.index() + 1).max();
+    let mut of_input = PerFace::filled(count.unwrap_or(0), DVec3::ZERO);
+    let areas = face_areas(&shapes);
+    for (face, &normal) in face_normals(surface).enumerate() {
+        of_input[origins[face]] += normal * areas[face];
+    }
+    let of_input = of_input.map(|sum| sum.normalize_or_zero());
+    let mut sums = PerVertex::filled(mesh.vertex_count(), DVec3::ZERO);
+    for (face, shape) in shapes.enumerate() {
+        for (vertex, angle) in mesh.triangle(face).into_iter().zip(shape.angles()) {
+            sums[vertex] += of_input[origins[face]] * angle;
+        }
+    }
+    sums.map(|sum| sum.normalize_or_zero())
 }
 
 fn image(

@@ -89,7 +89,7 @@ mod tests {
     #[test]
     fn a_finger_too_deep_for_a_linear_system_is_laid_onto_a_square() {
         let watch = Watch::new();
-        let patch = finger(12);
+        let patch = finger(30);
         let curve = BoundaryCurve::Circle;
         let boundary = boundary_on_curve(&patch, &curve, &watch).unwrap();
         let options = FixedOptions {
