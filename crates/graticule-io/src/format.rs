@@ -307,13 +307,10 @@ mod tests {
     fn other_content_is_refused_by_name() {
         let html = b"<!DOCTYPE html><html>";
         let error = detect(html, 21, Some(Format::Ply)).unwrap_err();
-        assert_eq!(
-            error.to_string(),
-            "not a PLY file: it begins with '<!DOCTYPE html><html>'"
-        );
+        assert_eq!(error.to_string(), "the file is a web page");
         assert!(matches!(
             detect(html, 21, None),
-            Err(ReadError::Unrecognized { .. })
+            Err(ReadError::OtherKind { .. })
         ));
         assert!(matches!(detect(b"", 0, None), Err(ReadError::Empty)));
         assert!(matches!(

@@ -131,7 +131,7 @@ const REASONS: [(&str, &str); 34] = [
         "13_gltf/draco_required.gltf",
         "KHR_draco_mesh_compression is not supported",
     ),
-    ("14_wrong_content/html_error_page.ply", "not a PLY file"),
+    ("14_wrong_content/html_error_page.ply", "a web page"),
 ];
 
 #[test]

@@ -71,7 +71,8 @@ fn a_flat_patch_is_its_own_map() {
             for map in [natural, spectral] {
                 let error = distance_up_to_similarity(&map.uv, &plane(&patch));
                 assert!(
-                    error < 1e-10,
+                    // Far from the origin, positions have ten digits.
+                    error < 1e-9,
                     "{:?} {triangulation:?}: {error:e}",
                     map.method
                 );
