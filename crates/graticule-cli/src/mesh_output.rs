@@ -37,7 +37,11 @@ impl MeshPaths {
     }
 }
 
-#[allow(clippy::ref_option, reason = "the signature is serde's")]
+#[allow(
+    clippy::ref_option,
+    clippy::trivially_copy_pass_by_ref,
+    reason = "the signature is serde's"
+)]
 fn format_name<S: Serializer>(format: &Option<Format>, serializer: S) -> Result<S::Ok, S::Error> {
     format.map(Format::extension).serialize(serializer)
 }

@@ -130,7 +130,8 @@ impl HostileSoup {
         let mut others = self.polygons[other].clone();
         others.rotate_left(at);
         let joined = &mut self.polygons[polygon];
-        joined.splice(side + 1..side + 1, others.into_iter().skip(2));
+        let after = joined.split_off(side + 1);
+        joined.extend(others.into_iter().skip(2).chain(after));
         self.polygons.swap_remove(other);
     }
 

@@ -1,4 +1,4 @@
-//! Images: PNG, and OpenEXR for values of any size.
+//! Images: PNG, and `OpenEXR` for values of any size.
 
 use std::io::Cursor;
 
@@ -128,8 +128,8 @@ pub fn png_bytes(image: &TextureImage, depth: ImageDepth) -> Result<Vec<u8>, Ima
     Ok(file)
 }
 
-/// The colours of an image as an OpenEXR file of single precision numbers: one part in scan lines, not
-/// compressed ([OpenEXR file layout](https://openexr.com/en/latest/OpenEXRFileLayout.html)).
+/// The colours of an image as an `OpenEXR` file of single precision numbers: one part in scan lines, not
+/// compressed ([`OpenEXR` file layout](https://openexr.com/en/latest/OpenEXRFileLayout.html)).
 #[must_use]
 pub fn exr_bytes(image: &TextureImage) -> Vec<u8> {
     let mut file = exr_header(image.width, image.height);
@@ -240,7 +240,10 @@ mod tests {
             [1_u32, 48].map(u32::to_le_bytes)
         );
         let found = [2, 1, 0].map(|channel| f32::from_le_bytes(at(second + 8 + 16 * channel + 4)));
-        assert_eq!(found, [-3.5, 1e6, 0.125]);
+        assert_eq!(
+            found.map(f32::to_bits),
+            [-3.5_f32, 1e6, 0.125].map(f32::to_bits)
+        );
         assert_eq!(bytes.len(), second + 2 * (8 + 48));
     }
 

@@ -32,7 +32,7 @@
 //!
 //! Writing tells what was lost, as a list of [`Warning`]s.
 //!
-//! Images for textures are read and written as PNG, with 8 or 16 bits, and written as OpenEXR.
+//! Images for textures are read and written as PNG, with 8 or 16 bits, and written as `OpenEXR`.
 #![forbid(unsafe_code)]
 
 mod error;

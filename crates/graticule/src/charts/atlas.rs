@@ -267,8 +267,10 @@ impl Tile {
     }
 
     /// The places of all squares and the number of tiles.
+    #[expect(clippy::cast_sign_loss, reason = "lengths are not negative")]
     fn pack(&self, tiles: Tiles, watch: &Watch) -> Result<(Vec<Placement>, u32), ChartAtlasError> {
         let least = Cell::least_side(&self.cells);
+        let longest = Cell::longest_side(&self.cells);
         let (mut side, most) = match tiles {
             Tiles::AtMost(0) => {
                 return Err(ChartAtlasError::BadNumber {
@@ -277,23 +279,11 @@ impl Tile {
                 });
             }
             Tiles::AtMost(count) => {
-                let longest = self
-                    .cells
-                    .iter()
-                    .map(|cell| cell.longest())
-                    .max()
-                    .unwrap_or(1);
                 let shared = f64::from(least) / f64::from(count).sqrt();
                 (longest.max(shared.floor() as u32).max(1), count)
             }
             Tiles::Density(density) if density > 0.0 && density.is_finite() => {
                 let texels = density * self.cell_length + f64::from(self.padding);
-                let longest = self
-                    .cells
-                    .iter()
-                    .map(|cell| cell.longest())
-                    .max()
-                    .unwrap_or(1);
                 (
                     ((self.resolution / texels).floor() as u32)
                         .clamp(1, 2 * least)

@@ -41,12 +41,16 @@ impl Cell {
         self.width.max(self.height)
     }
 
+    /// The longest side of any.
+    pub(super) fn longest_side(cells: &[Self]) -> u32 {
+        cells.iter().map(|cell| cell.longest()).max().unwrap_or(1)
+    }
+
     /// The side of the smallest square that could hold all.
     #[allow(clippy::cast_sign_loss, reason = "a root")]
     pub(super) fn least_side(cells: &[Self]) -> u32 {
         let area: u64 = cells.iter().map(|cell| cell.area()).sum();
-        let longest = cells.iter().map(|cell| cell.longest()).max().unwrap_or(1);
-        longest.max((area as f64).sqrt().ceil() as u32)
+        Self::longest_side(cells).max((area as f64).sqrt().ceil() as u32)
     }
 }
 
@@ -172,7 +176,7 @@ mod tests {
         ];
         let side = 5;
         let places = pack_cells(&cells, side, 1).unwrap();
-        let mut cover = vec![0; 25];
+        let mut cover = [0; 25];
         for (cell, ([x, y], tile)) in cells.iter().zip(places) {
             assert_eq!(tile, 0);
             for row in y..y + cell.height {

@@ -220,7 +220,7 @@ pub fn chart_maps(
     }
     let mut maps = assembly.finish(layout)?;
     maps.relax(options.relaxation_rounds, watch)?;
-    maps.warn(options, watch);
+    maps.warn(*options, watch);
     Ok(maps)
 }
 
@@ -350,7 +350,7 @@ impl ChartMaps {
             .collect()
     }
 
-    fn warn(&self, options: &ChartMapOptions, watch: &Watch) {
+    fn warn(&self, options: ChartMapOptions, watch: &Watch) {
         let counts = self.counts();
         let fallen = counts.uniform + counts.coarse_to_fine;
         if fallen > 0 {

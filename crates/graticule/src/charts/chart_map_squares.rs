@@ -111,11 +111,11 @@ impl<'a> Layouted<'a> {
         };
         match &plan.shape {
             PlannedShape::Net { size } => {
-                let corners = self.corner_places_of(plan);
+                let corners = corner_places_of(plan);
                 Ok(vec![outlined.net_square(
                     &corners,
                     *size,
-                    self.net_places(chart),
+                    &self.net_places(chart),
                     watch,
                 )?])
             }
@@ -222,14 +222,6 @@ impl<'a> Layouted<'a> {
         Some(disk.origin(self.number(sides[0])))
     }
 
-    fn corner_places_of(&self, plan: &ChartPlan) -> Vec<OutlinePlace> {
-        let corners = &plan.outline.corners[..4];
-        corners
-            .iter()
-            .map(|&length| plan.outline.place_at(length))
-            .collect()
-    }
-
     /// The coordinates of the net in a regular chart, by the numbers of its corners.
     fn net_places(&self, chart: ChartId) -> Vec<Option<DVec2>> {
         let corners = self.faces[chart.index()]
@@ -239,6 +231,15 @@ impl<'a> Layouted<'a> {
             .map(|corner| self.layout.coordinates()[corner])
             .collect()
     }
+}
+
+/// The places of a plan's four corners on its outline.
+fn corner_places_of(plan: &ChartPlan) -> Vec<OutlinePlace> {
+    let corners = &plan.outline.corners[..4];
+    corners
+        .iter()
+        .map(|&length| plan.outline.place_at(length))
+        .collect()
 }
 
 /// Puts the new vertices of an arc on the border from a vertex on; returns the vertices of all stops.
@@ -386,7 +387,7 @@ impl OutlinedChart<'_> {
         self,
         corners: &[OutlinePlace],
         size: DVec2,
-        net: Vec<Option<DVec2>>,
+        net: &[Option<DVec2>],
         watch: &Watch,
     ) -> Result<MappedSquare, ChartMapError> {
         let numbers = self.corners(corners);

@@ -137,6 +137,7 @@ fn whole_shape(outline: &Outline) -> Option<PlannedShape> {
     if sides == 4 && (0..2).all(|side| length(side).total_cmp(&length(side + 2)).is_eq()) {
         return Some(shape(outline));
     }
+    #[expect(clippy::cast_sign_loss, reason = "a length")]
     let count = outline.length().round() as u32;
     let places = |offset: f64| (0..count).map(move |k| outline.place_at(f64::from(k) + offset));
     let corners = places(0.0).collect();

@@ -177,7 +177,9 @@ fn by_net(layout: &ChartLayout, arc: ArcId, direction: Direction) -> Option<(Vec
     let mut parameters: Vec<f64> = places.iter().map(along).collect();
     if direction == Direction::Backward {
         parameters.reverse();
-        parameters.iter_mut().for_each(|p| *p = 1.0 - *p);
+        for parameter in &mut parameters {
+            *parameter = 1.0 - *parameter;
+        }
     }
     *parameters.first_mut()? = 0.0;
     *parameters.last_mut()? = 1.0;

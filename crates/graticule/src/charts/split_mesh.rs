@@ -57,8 +57,8 @@ impl ChartDisk {
         let sets = sets.into_names();
         let mut numbers = vec![NONE; corners.len()];
         let mut disk = Self {
-            twins,
             origins,
+            twins,
             made,
             ..Self::default()
         };

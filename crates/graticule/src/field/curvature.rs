@@ -64,18 +64,18 @@ pub fn principal_curvatures(
     watch: &Watch,
 ) -> Result<PerVertex<PrincipalCurvature>, Stopped> {
     let planes = TangentPlanes::of(surface, triangulation);
-    curvatures_on(planes, &EdgeGraph::of(surface), options, watch)
+    curvatures_on(planes, &EdgeGraph::of(surface), *options, watch)
 }
 
 /// The same where tangent planes and edges of the surface are at hand.
 pub(super) fn curvatures_on(
     planes: TangentPlanes<'_>,
     graph: &EdgeGraph,
-    options: &CurvatureOptions,
+    options: CurvatureOptions,
     watch: &Watch,
 ) -> Result<PerVertex<PrincipalCurvature>, Stopped> {
     let _stage = watch.stage("curvature");
-    let estimator = Estimator::new(planes, graph, *options);
+    let estimator = Estimator::new(planes, graph, options);
     let vertices = graph.vertices();
     let chunks: Result<Vec<Vec<_>>, Stopped> = (0..vertices.len().div_ceil(CHUNK))
         .into_par_iter()

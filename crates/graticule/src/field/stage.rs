@@ -132,7 +132,7 @@ impl Ground<'_> {
         let wanted = wanted.filter(|_| self.options.symmetry != Symmetry::Vector);
         let found = wanted.map(|wanted| {
             let planes = TangentPlanes::on(self.domain);
-            curvatures_on(planes, self.domain.edge_graph(), &wanted, watch)
+            curvatures_on(planes, self.domain.edge_graph(), wanted, watch)
         });
         Ok(found.transpose()?)
     }

@@ -271,10 +271,10 @@ impl<'a> Partition<'a> {
     fn cost(&self, corners: [u32; 4]) -> f64 {
         let [a, b, c, d] = corners.map(|vertex| self.place(vertex));
         if corners[1] == corners[2] {
-            return self.triangle_cost([a, b, d]);
+            return triangle_cost([a, b, d]);
         }
         if corners[2] == corners[3] {
-            return self.triangle_cost([a, b, c]);
+            return triangle_cost([a, b, c]);
         }
         let normal = (c - a).cross(d - b).normalize_or_zero();
         let sides = [b - a, c - b, d - c, a - d].map(DVec3::normalize_or_zero);
@@ -294,17 +294,6 @@ impl<'a> Partition<'a> {
         (1.0 - least).powi(2) + flat
     }
 
-    /// A triangle counts like one poor quad more.
-    fn triangle_cost(&self, corners: [DVec3; 3]) -> f64 {
-        let quality = triangle_quality(corners);
-        let flat = if quality < FLAT_CORNER {
-            FIXED_CORNER
-        } else {
-            0.0
-        };
-        1.0 + (1.0 - quality).powi(2) + flat
-    }
-
     fn place(&self, vertex: u32) -> DVec3 {
         (self.positions.get(vertex as usize)).map_or(self.middle, |&place| place)
     }
@@ -312,6 +301,17 @@ impl<'a> Partition<'a> {
     fn is_held(&self, vertex: u32) -> bool {
         self.held.get(vertex as usize).is_some_and(|&held| held)
     }
+}
+
+/// A triangle counts like one poor quad more.
+fn triangle_cost(corners: [DVec3; 3]) -> f64 {
+    let quality = triangle_quality(corners);
+    let flat = if quality < FLAT_CORNER {
+        FIXED_CORNER
+    } else {
+        0.0
+    };
+    1.0 + (1.0 - quality).powi(2) + flat
 }
 
 /// The polygon cut along its shortest chord between corners an odd number of sides apart, each half

@@ -130,7 +130,7 @@ impl<'a> Cutter<'a> {
         let is_line: Vec<bool> = (0..old.corner_count())
             .map(|side| parity.is_line(side))
             .collect();
-        let split = parity.to_split();
+        let split = parity.into_split();
         let mut middles = BTreeMap::new();
         let mut vertices = Vec::new();
         for polygon in 0..old.len() {

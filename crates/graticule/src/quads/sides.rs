@@ -127,7 +127,7 @@ impl<'a> Parity<'a> {
     ///
     /// Chains of sides lead from one odd polygon to another, or out over the boundary: the cheapest
     /// first. They go straight through quads and keep off features and the boundary where they can.
-    pub(super) fn to_split(mut self) -> Vec<bool> {
+    pub(super) fn into_split(mut self) -> Vec<bool> {
         let mut split = vec![false; self.costs.len()];
         let mut queue: BinaryHeap<_> = (0..self.polygons.len())
             .filter(|&polygon| self.odd[polygon])
@@ -255,7 +255,7 @@ mod tests {
     #[test]
     fn two_triangles_far_apart_are_joined_by_one_chain_along_the_row() {
         let polygons = row_between_triangles(4);
-        let split = Parity::new(&polygons, |_| false).to_split();
+        let split = Parity::new(&polygons, |_| false).into_split();
         for polygon in 0..polygons.len() {
             assert!(is_even_after(&polygons, &split, polygon), "{polygon}");
         }
@@ -284,7 +284,7 @@ mod tests {
         let split = Parity::new(&polygons, |ends| {
             [ends[0].min(ends[1]), ends[0].max(ends[1])] == feature
         })
-        .to_split();
+        .into_split();
         for polygon in 0..polygons.len() {
             assert!(is_even_after(&polygons, &split, polygon), "{polygon}");
             let vertices = polygons.vertices(polygon);

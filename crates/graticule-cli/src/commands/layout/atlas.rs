@@ -36,7 +36,7 @@ pub(super) struct AtlasInput<'a> {
 /// A layout with every chart on a square, and the squares side by side.
 pub(super) struct Atlas {
     maps: ChartMaps,
-    atlas: ChartAtlas,
+    packed: ChartAtlas,
     measure: MapMeasure,
     keeps_net: bool,
 }
@@ -51,12 +51,12 @@ impl Atlas {
         let watch = &session.watch;
         let input = &atlas_input.repaired.surface;
         let maps = chart_maps(input, atlas_input.layout, &arguments.map_options(), watch)?;
-        let atlas = chart_atlas(&maps, &arguments.arrangement(), watch)?;
-        let measure = measure_map(maps.surface(), &atlas.corner_uv, watch)?;
+        let packed = chart_atlas(&maps, &arguments.arrangement(), watch)?;
+        let measure = measure_map(maps.surface(), &packed.corner_uv, watch)?;
         let keeps_net = arguments.keeps_net();
         Ok(Self {
             maps,
-            atlas,
+            packed,
             measure,
             keeps_net,
         })
@@ -73,7 +73,7 @@ impl Atlas {
         outcome.report.result["atlas"] = self.to_report(&atlas_input.repaired.surface)?;
         outcome.report.measure = to_value(&self.measure)?;
         outcome.remarks += &measure_table(&self.measure).to_string();
-        let files = textures::files(arguments, atlas_input, &self.maps, &self.atlas, session)?;
+        let files = textures::files(arguments, atlas_input, &self.maps, &self.packed, session)?;
         outcome.files.extend(files);
         outcome.mesh = Some(self.to_soup(atlas_input));
         Ok(())
@@ -92,15 +92,15 @@ impl Atlas {
         let more = json!({
             "vertices": surface.mesh().vertex_count(),
             "triangles": surface.mesh().face_count(),
-            "flipped": self.atlas.flipped,
+            "flipped": self.packed.flipped,
             "largest_gap": self.maps.largest_gap(),
             "area_error": (areas[1] / areas[0] - 1.0).abs(),
             "seam_length": length,
             "seam_length_over_root_of_area": length / areas[0].sqrt(),
-            "tiles": self.atlas.tiles,
-            "covered": self.atlas.covered,
-            "texels_per_unit": self.atlas.density,
-            "placements": to_value(&self.atlas.placements)?,
+            "tiles": self.packed.tiles,
+            "covered": self.packed.covered,
+            "texels_per_unit": self.packed.density,
+            "placements": to_value(&self.packed.placements)?,
         });
         if let (Value::Object(report), Value::Object(more)) = (&mut report, more) {
             report.extend(more);
@@ -126,7 +126,7 @@ impl Atlas {
         };
         let mut soup = carry.to_soup();
         let (values, corner_values) =
-            uvs::distinct_at_vertices(surface.mesh(), &self.atlas.corner_uv);
+            uvs::distinct_at_vertices(surface.mesh(), &self.packed.corner_uv);
         let set = CornerAttribute {
             name: String::new(),
             values,
@@ -146,12 +146,12 @@ impl Atlas {
     pub(super) fn panels(&self) -> Result<Vec<Panel>, Failure> {
         let shape = self.maps.surface();
         // On the net the pattern follows the charts; else it is drawn as large on each square.
-        let on_net = PerCorner::from_fn(self.atlas.corner_uv.len(), |corner| {
+        let on_net = PerCorner::from_fn(self.packed.corner_uv.len(), |corner| {
             let square = &self.maps.squares()[self.maps.square_of()[corner.face()].index()];
             self.maps.coordinates()[corner] * square.size
         });
         let (uvs, side) = if self.keeps_net {
-            (&self.atlas.corner_uv, 2.0 / SQUARES_ON_NET)
+            (&self.packed.corner_uv, 2.0 / SQUARES_ON_NET)
         } else {
             (&on_net, 1.0 / SQUARES_ON_NET)
         };
@@ -174,7 +174,7 @@ impl Atlas {
         };
         Ok(vec![
             surface(shape, &style)?.with_caption(caption),
-            uv_layout(shape, &self.atlas.corner_uv, &layout)?.with_caption("the atlas"),
+            uv_layout(shape, &self.packed.corner_uv, &layout)?.with_caption("the atlas"),
         ])
     }
 }

@@ -22,6 +22,10 @@ pub(super) enum SizeSource {
 }
 
 /// What `--sizing` names.
+#[expect(
+    clippy::unnecessary_wraps,
+    reason = "the signature is the argument parser's"
+)]
 pub(super) fn parse_source(text: &str) -> Result<SizeSource, std::convert::Infallible> {
     Ok(if text == "colors" {
         SizeSource::Colors

@@ -1,6 +1,6 @@
 //! Dense work on one block: its panel of columns, and the update that it passes on.
 
-use std::ops::AddAssign;
+use std::ops::{AddAssign, Range};
 
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::cholesky::llt::factor::{
@@ -65,16 +65,13 @@ impl<T: Scalar> Panel<'_, T> {
     /// Adds those columns of a child's update that stand in this panel. `places` are those of the
     /// child's rows in this front.
     pub(super) fn add(&mut self, places: &[u32], update: Update<'_>) {
-        let height = self.height();
         let own = places.partition_point(|&place| (place as usize) < self.width);
-        match update {
-            Update::Real(values) => {
-                add_columns(self.values, height, 0, places, 0..own, values, T::from);
-            }
-            Update::Complex(values) => {
-                add_columns(self.values, height, 0, places, 0..own, values, T::of);
-            }
-        }
+        let mut window = Window {
+            height: self.height(),
+            values: self.values,
+            first: 0,
+        };
+        window.add(places, 0..own, update);
     }
 
     /// Divides the panel by the square root of its own block. The error is the first column whose
@@ -120,48 +117,49 @@ impl<T: Scalar> Panel<'_, T> {
     /// Adds the other columns of a child's update to the square matrix that this block passes on.
     pub(super) fn pass_on(&self, square: &mut [T], places: &[u32], update: Update<'_>) {
         let own = places.partition_point(|&place| (place as usize) < self.width);
-        let rest = own..places.len();
-        let skipped = packed_len(places.len()) - packed_len(rest.len());
-        match update {
-            Update::Real(values) => {
-                let values = &values[skipped..];
-                add_columns(
-                    square,
-                    self.depth,
-                    self.width,
-                    places,
-                    rest,
-                    values,
-                    T::from,
-                );
-            }
-            Update::Complex(values) => {
-                let values = &values[skipped..];
-                add_columns(square, self.depth, self.width, places, rest, values, T::of);
-            }
-        }
+        let mut window = Window {
+            values: square,
+            height: self.depth,
+            first: self.width,
+        };
+        window.add(places, own..places.len(), update);
     }
 }
 
-/// Adds a range of packed columns to a matrix of `height` rows, whose first row and column have
-/// the place `first`.
-fn add_columns<T: Scalar, S: Copy>(
-    target: &mut [T],
+/// A matrix of `height` rows in columns, whose first row and column have the place `first` in a front.
+struct Window<'a, T> {
+    values: &'a mut [T],
     height: usize,
     first: usize,
-    places: &[u32],
-    columns: std::ops::Range<usize>,
-    values: &[S],
-    convert: impl Fn(S) -> T,
-) {
-    let mut rest = values;
-    for column in columns {
-        let rows = &places[column..];
-        let (values, after) = rest.split_at(rows.len());
-        let target = &mut target[(rows[0] as usize - first) * height..][..height];
-        for (&row, &value) in rows.iter().zip(values) {
-            target[row as usize - first] += convert(value);
+}
+
+impl<T: Scalar> Window<'_, T> {
+    /// Adds a range of an update's columns, whose rows have these places.
+    fn add(&mut self, places: &[u32], columns: Range<usize>, update: Update<'_>) {
+        let skipped = packed_len(places.len()) - packed_len(places.len() - columns.start);
+        match update {
+            Update::Real(values) => self.add_packed(places, columns, &values[skipped..], T::from),
+            Update::Complex(values) => self.add_packed(places, columns, &values[skipped..], T::of),
         }
-        rest = after;
+    }
+
+    fn add_packed<S: Copy>(
+        &mut self,
+        places: &[u32],
+        columns: Range<usize>,
+        values: &[S],
+        convert: impl Fn(S) -> T,
+    ) {
+        let mut rest = values;
+        for column in columns {
+            let rows = &places[column..];
+            let (values, after) = rest.split_at(rows.len());
+            let start = (rows[0] as usize - self.first) * self.height;
+            let target = &mut self.values[start..][..self.height];
+            for (&row, &value) in rows.iter().zip(values) {
+                target[row as usize - self.first] += convert(value);
+            }
+            rest = after;
+        }
     }
 }

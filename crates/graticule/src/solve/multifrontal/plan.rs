@@ -267,8 +267,7 @@ fn blocks_of(later: &Neighbours, widths: &[usize], complex: &[bool]) -> (Vec<Blo
                 take(row, &mut found);
             }
         }
-        // Mostly a few ascending runs.
-        found.sort();
+        found.sort_unstable();
         rows.extend_from_slice(&found);
         let parent = found.first().map(|&row| block_of[row as usize]);
         if let Some(parent) = parent {
@@ -318,6 +317,7 @@ mod tests {
     use graticule_fixtures::Noise;
 
     /// A random sparse pattern of several pieces.
+    #[expect(clippy::cast_sign_loss, reason = "noise is not negative")]
     fn pattern(order: usize, seed: u64) -> SymmetricMatrix {
         let mut noise = Noise::new(seed);
         let mut entries: Vec<_> = (0..order).map(|k| (k, k, 1.0)).collect();

@@ -176,7 +176,9 @@ pub(super) fn column_counts(later: &Neighbours, parents: &[u32]) -> Vec<u32> {
         }
     }
     // The diagonal entry is counted above.
-    counts.iter().map(|&count| (count - 1) as u32).collect()
+    #[expect(clippy::cast_sign_loss, reason = "a column has its diagonal entry")]
+    let below = |&count: &i64| (count - 1) as u32;
+    counts.iter().map(below).collect()
 }
 
 fn representative(sets: &mut [u32], member: u32) -> u32 {
