@@ -68,7 +68,7 @@ pub(crate) struct CommonOptions {
 #[derive(Subcommand, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Command {
-    /// Flatten a built-in surface, with pictures and a report; needs no file
+    /// Run the other commands on built-in surfaces, with pictures; needs no file
     Demo(demo::Options),
     /// Tell what a mesh file holds: topology, defects, sizes
     Info(info::Options),

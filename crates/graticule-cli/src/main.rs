@@ -21,6 +21,7 @@ mod report;
 mod session;
 mod signals;
 mod tables;
+mod teapot;
 mod uvs;
 
 use std::process::ExitCode;

@@ -59,6 +59,17 @@ impl Session {
         })
     }
 
+    /// A session for a command that runs as a part of this one. The guards of this session stop it,
+    /// but between its files, too: they do not see when it is writing.
+    pub(crate) fn part(&self, common: CommonOptions) -> Self {
+        Self {
+            common,
+            console: Arc::clone(&self.console),
+            watch: self.watch.part(),
+            writing: Arc::default(),
+        }
+    }
+
     /// Asks whether to go on.
     pub(crate) fn check(&self) -> Result<(), Failure> {
         self.watch.check().map_err(stopped)

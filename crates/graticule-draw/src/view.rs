@@ -160,8 +160,8 @@ fn body_frame(surface: &Surface, exposure: &Exposure) -> Frame {
     } else {
         standing.right
     };
-    // A clear majority only: on symmetric surfaces the two are equal up to rounding.
-    let front = if exposure.facing(front) < 0.999 * exposure.facing(-front) {
+    // A clear majority only: on symmetric surfaces the two are equal up to how they are meshed.
+    let front = if exposure.facing(front) < 0.98 * exposure.facing(-front) {
         -front
     } else {
         front

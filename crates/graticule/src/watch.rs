@@ -84,7 +84,7 @@ impl CancelHandle {
     }
 }
 
-type Listener = Box<dyn Fn(&Event<'_>) + Send + Sync>;
+type Listener = Arc<dyn Fn(&Event<'_>) + Send + Sync>;
 
 #[derive(Default)]
 struct Journal {
@@ -112,7 +112,7 @@ impl Watch {
     /// Sends every event to `listener`, which must be quick.
     #[must_use]
     pub fn with_listener(mut self, listener: impl Fn(&Event<'_>) + Send + Sync + 'static) -> Self {
-        self.listener = Some(Box::new(listener));
+        self.listener = Some(Arc::new(listener));
         self
     }
 
@@ -127,6 +127,18 @@ impl Watch {
     #[must_use]
     pub fn cancel_handle(&self) -> CancelHandle {
         self.cancel.clone()
+    }
+
+    /// A watch over a part of the work: it stops when this one does and tells the same listener, but
+    /// keeps warnings and times of its own.
+    #[must_use]
+    pub fn part(&self) -> Self {
+        Self {
+            cancel: self.cancel.clone(),
+            deadline: self.deadline,
+            listener: self.listener.clone(),
+            journal: Mutex::default(),
+        }
     }
 
     /// Asks whether to go on. Cheap: call it at least every few milliseconds of work.
@@ -257,6 +269,18 @@ mod tests {
         assert_eq!(watch.check(), Ok(()));
         watch.cancel_handle().cancel();
         assert_eq!(watch.check(), Err(Stopped::Cancelled));
+    }
+
+    #[test]
+    fn a_part_stops_with_the_whole_and_keeps_its_own_warnings() {
+        let whole = Watch::new();
+        whole.warn("whole", "before");
+        let part = whole.part();
+        part.warn("part", "within");
+        assert_eq!(part.warnings()[0].code, "part");
+        assert_eq!(whole.warnings().len(), 1);
+        whole.cancel_handle().cancel();
+        assert_eq!(part.check(), Err(Stopped::Cancelled));
     }
 
     #[test]

@@ -12,7 +12,7 @@ mod told;
 use glam::DVec2;
 use graticule::flatten::FlatMap;
 use graticule::measure::{MapMeasure, corner_uvs, measure_map};
-use graticule::mesh::{NO_VALUE, PerCorner, PerVertex, Surface};
+use graticule::mesh::{NO_VALUE, PerCorner, Surface};
 use graticule::watch::Watch;
 use graticule_draw::Picture;
 use serde_json::{Value, json};
@@ -112,15 +112,6 @@ pub(super) struct Judged<'a> {
 }
 
 impl<'a> Judged<'a> {
-    /// Measures the map.
-    pub(super) fn of(
-        surface: &'a Surface,
-        uv: &PerVertex<DVec2>,
-        session: &Session,
-    ) -> Result<Self, Failure> {
-        Self::at_corners(surface, corner_uvs(surface.mesh(), uv), session)
-    }
-
     /// Measures a map given at the corners.
     fn at_corners(
         surface: &'a Surface,

@@ -49,6 +49,14 @@ impl Form {
             .sum()
     }
 
+    /// The sum for given unknowns that need not be whole.
+    pub(super) fn real_value(&self, unknowns: &[f64]) -> f64 {
+        let terms = self.0.iter();
+        terms
+            .map(|&(column, factor)| factor as f64 * unknowns[column as usize])
+            .sum()
+    }
+
     /// The coefficient of an unknown.
     pub(super) fn coefficient(&self, column: u32) -> i64 {
         let place = self.0.binary_search_by_key(&column, |term| term.0);

@@ -4,8 +4,8 @@
 //! *Mixed-Integer Quadrangulation*, 2009).
 //!
 //! The steps, a file each: axes per triangle with singular vertices, a cut along which coordinates
-//! jump, lines to be followed, the unknowns with their whole equations, the energy, rounding, and
-//! the removal of flips.
+//! jump, lines to be followed, the unknowns with their whole equations, the energy, weights for
+//! squeezed triangles, rounding, and the removal of flips.
 
 mod alignment;
 mod batches;
@@ -25,6 +25,7 @@ mod separation;
 mod sizing;
 mod solver;
 mod stage;
+mod stiffening;
 mod system;
 mod unknowns;
 mod untangle;

@@ -47,6 +47,11 @@ impl Rounding {
         })
     }
 
+    /// The parameters where the energy is least, at a density of one line per unit of length.
+    pub(super) fn relaxed(&self) -> &[f64] {
+        &self.relaxed
+    }
+
     /// Takes over another right-hand side.
     pub(super) fn load(&mut self, loads: Vec<f64>) {
         let relaxed = |row: usize| {

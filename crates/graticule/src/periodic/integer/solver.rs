@@ -1,4 +1,4 @@
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use super::IntegerGridError;
 use super::batches::BatchSystem;
@@ -6,9 +6,9 @@ use super::energy::SideEnergy;
 use super::form::Form;
 use super::guard::Guard;
 use super::rounding::Rounding;
-use super::system::NetSystem;
+use super::system::{NetSystem, differences};
 use super::unknowns::Unknowns;
-use crate::mesh::{PerVertex, TriangleMesh};
+use crate::mesh::{PerCorner, PerVertex, TriangleMesh};
 use crate::watch::Watch;
 
 /// What the equations of a net are made of.
@@ -65,6 +65,25 @@ impl Solver {
         BatchSystem::new(parts, parameters).map(Self::Batches)
     }
 
+    /// Takes over other weights; the order of elimination stays.
+    pub(super) fn reweigh(
+        &mut self,
+        parts: Parts<'_>,
+        (rows, parameters): (&[Form], usize),
+        watch: &Watch,
+    ) -> Result<(), IntegerGridError> {
+        match self {
+            Self::Dense { system, rounding } => {
+                system.reweigh(parts)?;
+                watch.check()?;
+                *rounding = Rounding::new(system.over_parameters(rows, parameters))
+                    .ok_or(IntegerGridError::Undetermined { parameters })?;
+            }
+            Self::Batches(system) => *system = BatchSystem::new(parts, (rows, parameters))?,
+        }
+        Ok(())
+    }
+
     /// Takes over other wishes; what is factored stays.
     pub(super) fn wish(
         &mut self,
@@ -81,6 +100,23 @@ impl Solver {
         Ok(())
     }
 
+    /// The differences of coordinates along halfedges where the energy is least, the whole unknowns
+    /// being real, at a density of one line per unit of length; `None` where that is not known.
+    pub(super) fn relaxed(
+        &self,
+        parts: Parts<'_>,
+        rows: &[Form],
+    ) -> Result<Option<PerCorner<DVec2>>, IntegerGridError> {
+        let Self::Dense { system, rounding } = self else {
+            return Ok(None);
+        };
+        let wholes = rows.iter().map(|row| row.real_value(rounding.relaxed()));
+        let wholes: Vec<f64> = wholes.collect();
+        let mut values = system.reals(1.0, &wholes)?;
+        values.extend(wholes);
+        Ok(Some(differences(parts, &values)))
+    }
+
     /// The whole unknowns and the real ones at a density.
     pub(super) fn at(
         &self,
@@ -93,7 +129,8 @@ impl Solver {
         match self {
             Self::Dense { system, rounding } => {
                 let wholes: Vec<i64> = wholes(&rounding.at(density, guard, watch)?);
-                let reals = system.reals(density, &wholes)?;
+                let given: Vec<f64> = wholes.iter().map(|&whole| whole as f64).collect();
+                let reals = system.reals(density, &given)?;
                 Ok((wholes, reals))
             }
             Self::Batches(system) => {

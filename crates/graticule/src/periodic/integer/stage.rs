@@ -10,6 +10,7 @@ use super::lattice::solve_whole;
 use super::separation::separations;
 use super::sizing::Sizing;
 use super::solver::{Parts, Solver};
+use super::stiffening::stiffen;
 use super::unknowns::{Slot, Unknowns};
 use super::untangle::SettledNet;
 use super::{GridDensity, IntegerGridError, IntegerGridOptions, IntegerGridReport};
@@ -36,8 +37,9 @@ pub struct IntegerGridMap {
 ///
 /// Takes any surface: any genus, boundary and number of components. Scaling it changes nothing.
 ///
-/// Cost: one factorisation of a real matrix of two unknowns per vertex, whatever the density; with
-/// thousands of whole numbers a dozen for each density.
+/// Cost: one factorisation of a real matrix of two unknowns per vertex, whatever the density, and up
+/// to three more where triangles would be squeezed; with thousands of whole numbers a dozen for each
+/// density.
 ///
 /// # Errors
 /// [`IntegerGridError`].
@@ -183,6 +185,8 @@ pub(super) struct Net {
     alignment: Alignment,
     unknowns: Unknowns,
     energy: SideEnergy,
+    /// The weights of the energy before squeezed triangles were made to count more.
+    plain_weights: PerCorner<f64>,
     sizing: Sizing,
     /// Times that lines were drawn closer together.
     denser_rounds: usize,
@@ -227,7 +231,7 @@ impl Net {
         let field_singularities = Singularities::of(field, mesh, &triangulation).count();
         let mut shapes = triangulation;
         shapes.mollify();
-        let energy = SideEnergy::along_frames(&shapes, &frames, options.sizing.as_ref());
+        let mut energy = SideEnergy::along_frames(&shapes, &frames, options.sizing.as_ref());
         watch.check()?;
         let (rows, parameters) = {
             let after_chains = unknowns.after_chains;
@@ -240,7 +244,12 @@ impl Net {
             unknowns: &unknowns,
             energy: &energy,
         };
-        let solver = Solver::new(parts, (&rows, parameters), watch)?;
+        let mut solver = Solver::new(parts, (&rows, parameters), watch)?;
+        let plain_weights = energy.weights.clone();
+        energy.weights = {
+            let _stage = watch.stage("stiffening");
+            stiffen(&mut solver, parts, (&rows, parameters), watch)?
+        };
         let guard = Guard::new(&separations(mesh, &unknowns, &energy), &rows, parameters);
         Ok(Self {
             sizing: Sizing::as_asked(surface.mesh(), &energy),
@@ -251,6 +260,7 @@ impl Net {
             alignment,
             unknowns,
             energy,
+            plain_weights,
             solver,
             rows,
             guard,
@@ -452,7 +462,7 @@ impl Net {
             let difference =
                 solved.net.coordinate(halfedge.next()) - solved.net.coordinate(halfedge);
             let wish = solved.net.wishes[halfedge];
-            let weight = self.energy.weights[halfedge];
+            let weight = self.plain_weights[halfedge];
             error += weight * difference.distance_squared(wish);
             whole += weight * wish.length_squared();
         }

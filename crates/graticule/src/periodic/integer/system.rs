@@ -4,12 +4,14 @@ use std::convert::Infallible;
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, Par};
+use glam::DVec2;
 
 use super::IntegerGridError;
 use super::energy::NormalEquations;
 use super::form::Form;
 use super::solver::Parts;
 use super::unknowns::{Slot, turned};
+use crate::mesh::{Element, HalfedgeId, PerCorner};
 use crate::solve::{Cholesky, Graph, Ordering, Pattern, SolveError};
 
 /// The most entries off the diagonal: 1.6 GB. Six million triangles have so many.
@@ -44,6 +46,18 @@ impl NetSystem {
         let (matrix, loads) = normal_equations(parts, reals + parts.unknowns.wholes)?.finish()?;
         let ordering = ordering(parts, matrix.lower().pattern());
         let factor = Cholesky::new(&matrix, &ordering)?;
+        Self::factored(factor, loads, reals)
+    }
+
+    /// Takes over other weights, of which none was or becomes 0.
+    pub(super) fn reweigh(&mut self, parts: Parts<'_>) -> Result<(), IntegerGridError> {
+        let (matrix, loads) = normal_equations(parts, self.loads.len())?.finish()?;
+        let factor = Cholesky::factor(self.factor.symbolic(), &matrix)?;
+        *self = Self::factored(factor, loads, self.reals)?;
+        Ok(())
+    }
+
+    fn factored(factor: Cholesky, loads: Vec<f64>, reals: usize) -> Result<Self, IntegerGridError> {
         let wholes: Vec<u32> = (reals as u32..loads.len() as u32).collect();
         let last_block = factor.last_block(&wholes)?;
         let relaxed = factor.solve(&loads)?.values;
@@ -116,12 +130,12 @@ impl NetSystem {
     }
 
     /// The best real unknowns for given whole ones, at a density.
-    pub(super) fn reals(&self, density: f64, wholes: &[i64]) -> Result<Vec<f64>, SolveError> {
+    pub(super) fn reals(&self, density: f64, wholes: &[f64]) -> Result<Vec<f64>, SolveError> {
         let mut loads: Vec<f64> = self.loads.iter().map(|load| density * load).collect();
         let relaxed = &self.relaxed[self.reals..];
         let off = wholes.iter().zip(relaxed);
         let off: Vec<f64> = off
-            .map(|(&whole, &value)| whole as f64 - density * value)
+            .map(|(&whole, &value)| whole - density * value)
             .collect();
         // The load on the whole unknowns that moves their solution to the given values.
         let moving = self.complement_times(&off);
@@ -145,6 +159,24 @@ pub(super) fn normal_equations(
         equations.check_size(MOST_ENTRIES)
     })?;
     Ok(equations)
+}
+
+/// The differences of coordinates along each halfedge, in its own triangle, for values of the real
+/// unknowns and of the whole ones after them.
+pub(super) fn differences(parts: Parts<'_>, values: &[f64]) -> PerCorner<DVec2> {
+    let mut found = Vec::with_capacity(2 * parts.mesh.halfedge_count());
+    let added = for_each_square(parts, |_, terms, _| {
+        let sum = terms
+            .iter()
+            .map(|&(column, factor)| factor * values[column as usize]);
+        found.push(sum.sum::<f64>());
+        Ok::<(), Infallible>(())
+    });
+    match added {
+        Ok(()) => PerCorner::from_fn(found.len() / 2, |h: HalfedgeId| {
+            DVec2::new(found[2 * h.index()], found[2 * h.index() + 1])
+        }),
+    }
 }
 
 /// Their right-hand side alone.
