@@ -44,7 +44,7 @@ pub(super) const REPORT_OUT: &str = "report.json";
 pub(super) const PICTURE_OUT: &str = "picture.png";
 
 /// Above this many bytes a file is large.
-const LARGE_FILE: u64 = 2 << 20;
+const LARGE_FILE: u64 = 1 << 20;
 
 const PLAIN: Job = Job {
     name: "",
@@ -62,7 +62,7 @@ pub(super) const REPAIR: Job = Job {
 };
 
 /// What is run on every file.
-const ON_ALL: [Job; 6] = [
+const ON_ALL: [Job; 7] = [
     Job {
         name: "info",
         arguments: &["info"],
@@ -85,6 +85,14 @@ const ON_ALL: [Job; 6] = [
         name: "parameterize",
         arguments: &["parameterize"],
         output: Output::MeshAndPicture,
+        is_slow: true,
+        ..PLAIN
+    },
+    Job {
+        name: "layout",
+        arguments: &["layout"],
+        output: Output::MeshAndPicture,
+        promise: Promise::NoFlip,
         is_slow: true,
         ..PLAIN
     },
