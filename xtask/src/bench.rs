@@ -11,7 +11,6 @@ use std::process::Command;
 use std::time::Instant;
 
 use clap::Args;
-use graticule_fixtures::Fixture;
 use serde_json::Value;
 
 use crate::Trouble;
@@ -71,7 +70,7 @@ pub(crate) fn run(root: &Path, options: &Options) -> Result<String, Trouble> {
     for &size in &options.sizes {
         let rings = rings(size);
         let patch = graticule_fixtures::bumpy_patch(rings, 1);
-        fs::write(folder.path().join("patch.obj"), obj(&patch))
+        fs::write(folder.path().join("patch.obj"), patch.to_obj())
             .map_err(|error| Trouble::reading(folder.path(), &error))?;
         let mut measurement = run_once(root, &program, folder.path(), rings, options)?;
         for _ in 1..options.repeats {
@@ -108,17 +107,6 @@ fn rings(vertices: u32) -> u32 {
     // A disk of r rings has 3r² + 3r + 1 vertices.
     let found = (1..20_000).find(|r| 3 * r * r + 3 * r >= vertices);
     found.unwrap_or(20_000)
-}
-
-fn obj(patch: &Fixture) -> String {
-    let mut text = String::new();
-    for p in &patch.positions {
-        let _ = writeln!(text, "v {} {} {}", p.x, p.y, p.z);
-    }
-    for [a, b, c] in &patch.triangles {
-        let _ = writeln!(text, "f {} {} {}", a + 1, b + 1, c + 1);
-    }
-    text
 }
 
 /// Seconds of one run of the command, and its report.

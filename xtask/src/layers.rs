@@ -29,7 +29,10 @@ const CRATES: [(&str, &[&str]); 6] = [
             "graticule-fixtures",
         ],
     ),
-    ("xtask", &["graticule-fixtures"]),
+    (
+        "xtask",
+        &["graticule", "graticule-io", "graticule-fixtures"],
+    ),
 ];
 
 /// A use of one module of the crate by another.

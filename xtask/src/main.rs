@@ -4,6 +4,7 @@
 
 mod bench;
 mod corpus;
+mod gallery;
 mod layers;
 mod papers;
 mod picture;
@@ -46,6 +47,8 @@ enum Chore {
     Bench(bench::Options),
     /// Make Table I of PGP06 anew, from the models of a folder.
     Table1(table1::Options),
+    /// Make the gallery of the papers' figures anew.
+    Gallery,
     /// Make the picture of the README anew.
     Picture,
 }
@@ -71,6 +74,7 @@ fn run(chore: &Chore) -> Result<String, Trouble> {
         Chore::Corpus(options) => corpus::run(&root, options),
         Chore::Bench(options) => bench::run(&root, options),
         Chore::Table1(options) => table1::run(&root, options),
+        Chore::Gallery => gallery::run(&root),
         Chore::Picture => picture::run(&root),
     }
 }

@@ -23,7 +23,7 @@ pub(crate) fn run(root: &Path) -> Result<String, Trouble> {
     if !status.success() {
         return Err(Trouble(format!("the demo ended with {status}")));
     }
-    let made = folder.path().join("demo.png");
+    let made = folder.path().join("charts.png");
     let bytes = fs::metadata(&made)
         .map_err(|error| Trouble::reading(&made, &error))?
         .len();

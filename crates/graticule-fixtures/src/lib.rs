@@ -23,6 +23,8 @@ pub use patches::{
 };
 pub use quads::{QuadFixture, quad_cube, quad_grid, quad_torus};
 
+use std::fmt::Write;
+
 use glam::DVec3;
 
 /// A triangle mesh as plain arrays.
@@ -35,6 +37,19 @@ pub struct Fixture {
 }
 
 impl Fixture {
+    /// The surface as an OBJ file.
+    #[must_use]
+    pub fn to_obj(&self) -> String {
+        let mut text = String::new();
+        for p in &self.positions {
+            let _ = writeln!(text, "v {} {} {}", p.x, p.y, p.z);
+        }
+        for [a, b, c] in &self.triangles {
+            let _ = writeln!(text, "f {} {} {}", a + 1, b + 1, c + 1);
+        }
+        text
+    }
+
     /// The same mesh with every position changed by `change`.
     #[must_use]
     pub fn map(mut self, change: impl Fn(DVec3) -> DVec3) -> Self {

@@ -1,0 +1,335 @@
+//! The papers' figures redone on generated surfaces: pictures and captions for the documentation.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use graticule::charts::TextureImage;
+use graticule_fixtures::{Fixture, block_with_holes, bumpy_patch, grid, icosphere, torus, vase};
+use graticule_io::{ImageDepth, png_bytes, read_png};
+
+use crate::Trouble;
+
+/// Where the pictures go, and the page that shows them.
+const PICTURES: &str = "docs/gallery";
+const PAGE: &str = "docs/gallery.md";
+
+/// Meshes that `graticule demo` writes.
+const TEAPOT: &str = "teapot.obj";
+const MASK: &str = "mask.obj";
+
+/// What a figure is drawn on.
+#[derive(Clone, Copy)]
+enum Subject {
+    /// A mesh that the demo writes.
+    Demo(&'static str),
+    /// A generated surface.
+    Made(fn() -> Fixture),
+}
+
+/// A picture with what made it.
+struct Figure {
+    name: &'static str,
+    /// The figure of the paper that it redoes.
+    of: &'static str,
+    subject: Subject,
+    /// The command with its options, without files.
+    command: &'static str,
+    caption: &'static str,
+}
+
+const FIGURES: [Figure; 18] = [
+    Figure {
+        name: "overview",
+        of: "PGP06, Fig. 1",
+        subject: Subject::Demo(TEAPOT),
+        command: "layout --grid-seams",
+        caption: "From a surface to its charts, and a pattern that does not show where they meet.",
+    },
+    Figure {
+        name: "revolution-plain",
+        of: "PGP06, Fig. 7A",
+        subject: Subject::Made(revolution),
+        command: "parameterize",
+        caption: "Lines as far apart at the waists as at the belly: some have to end (blue).",
+    },
+    Figure {
+        name: "revolution-scale",
+        of: "PGP06, Fig. 7B",
+        subject: Subject::Made(revolution),
+        command: "field --curl-correction",
+        caption: "The field, and the scale that takes its curl away: it grows where the radius falls.",
+    },
+    Figure {
+        name: "revolution-corrected",
+        of: "PGP06, Fig. 7C",
+        subject: Subject::Made(revolution),
+        command: "parameterize --curl-correction",
+        caption: "With that scale no line ends.",
+    },
+    Figure {
+        name: "spout-plain",
+        of: "PGP06, Fig. 8, top",
+        subject: Subject::Demo(TEAPOT),
+        command: "parameterize --chart-size 6",
+        caption: "Lines of one distance on parts of all widths.",
+    },
+    Figure {
+        name: "spout-corrected",
+        of: "PGP06, Fig. 8, bottom",
+        subject: Subject::Demo(TEAPOT),
+        command: "parameterize --chart-size 6 --curl-correction",
+        caption: "Fewer of them end where their distance may change.",
+    },
+    Figure {
+        name: "sphere-poles",
+        of: "PGP06, Fig. 9A",
+        subject: Subject::Made(sphere),
+        command: "field --symmetry 1 --curvature-radius 0",
+        caption: "A field of vectors: two poles of index 1.",
+    },
+    Figure {
+        name: "sphere-half-poles",
+        of: "PGP06, Fig. 9B",
+        subject: Subject::Made(sphere),
+        command: "field --symmetry 2 --curvature-radius 0",
+        caption: "Lines: four of index 1/2.",
+    },
+    Figure {
+        name: "sphere-quarter-poles",
+        of: "PGP06, Fig. 9C",
+        subject: Subject::Made(sphere),
+        command: "field --symmetry 4 --curvature-radius 0",
+        caption: "Crosses: eight of index 1/4.",
+    },
+    Figure {
+        name: "genus",
+        of: "PGP06, Fig. 11",
+        subject: Subject::Made(block),
+        command: "parameterize",
+        caption: "Lines on a block of genus 3, along its edges.",
+    },
+    Figure {
+        name: "quads-coarse",
+        of: "PGP06, Fig. 14",
+        subject: Subject::Demo(TEAPOT),
+        command: "remesh --quads 1000",
+        caption: "A thousand quads.",
+    },
+    Figure {
+        name: "quads-fine",
+        of: "PGP06, Fig. 14",
+        subject: Subject::Demo(TEAPOT),
+        command: "remesh --quads 8000",
+        caption: "Eight thousand.",
+    },
+    Figure {
+        name: "meshing-edges",
+        of: "PGP06, Fig. 16B",
+        subject: Subject::Made(twisted_torus),
+        command: "parameterize --energy edge --no-refine",
+        caption: "A torus whose triangles run askew: an energy of edges feels how the surface is meshed.",
+    },
+    Figure {
+        name: "meshing-triangles",
+        of: "PGP06, Fig. 16C",
+        subject: Subject::Made(twisted_torus),
+        command: "parameterize --energy triangle --no-refine",
+        caption: "The energy of triangles does not.",
+    },
+    Figure {
+        name: "irregular",
+        of: "DMA02, Fig. 3",
+        subject: Subject::Made(irregular),
+        command: "flatten --method natural",
+        caption: "The natural conformal map of an irregular mesh of a smooth surface.",
+    },
+    Figure {
+        name: "natural",
+        of: "DMA02, Fig. 5",
+        subject: Subject::Demo(MASK),
+        command: "flatten --method natural",
+        caption: "The natural conformal map of a mask with open eyes and mouth.",
+    },
+    Figure {
+        name: "near-optimal",
+        of: "DMA02, Fig. 6",
+        subject: Subject::Demo(MASK),
+        command: "flatten --method optimal --functional area",
+        caption: "The combination of the conformal and the authalic map that changes areas least.",
+    },
+    Figure {
+        name: "boundary",
+        of: "DMA02, Fig. 7",
+        subject: Subject::Made(strip),
+        command: "flatten --method boundary-optimal --functional symmetric-dirichlet",
+        caption: "A strip of a sphere: the boundary, a circle at first, moves until the map is least distorted.",
+    },
+];
+
+/// A surface of revolution with two waists.
+fn revolution() -> Fixture {
+    vase(0.55, 120, 110)
+}
+
+fn sphere() -> Fixture {
+    icosphere(5)
+}
+
+fn block() -> Fixture {
+    let coarse = block_with_holes(3);
+    coarse.subdivided().subdivided().subdivided().subdivided()
+}
+
+/// A torus whose vertices are moved round its axis, the farther the higher they lie on the tube.
+fn twisted_torus() -> Fixture {
+    torus(1.0, 0.4, 200, 24).map(|p| {
+        let out = p.truncate().length() - 1.0;
+        let angle = libm::atan2(p.z, out);
+        let (sin, cos) = libm::sincos(angle);
+        glam::DVec3::new(p.x * cos - p.y * sin, p.x * sin + p.y * cos, p.z)
+    })
+}
+
+fn irregular() -> Fixture {
+    bumpy_patch(48, 7)
+}
+
+/// A strip along the equator of the unit sphere.
+fn strip() -> Fixture {
+    grid(4.2, 1.2, 84, 24).map(|p| {
+        let (sin, cos) = libm::sincos(p.x);
+        let (rise, wide) = libm::sincos(p.y - 0.6);
+        glam::DVec3::new(cos * wide, sin * wide, rise)
+    })
+}
+
+/// Draws every figure and writes the page.
+pub(crate) fn run(root: &Path) -> Result<String, Trouble> {
+    let program = crate::build_release(root)?;
+    let folder = tempfile::tempdir().map_err(|error| Trouble(error.to_string()))?;
+    let folder = folder.path();
+    graticule(
+        &program,
+        folder,
+        &["demo", "--quiet", "--output-folder", "."],
+    )?;
+    let pictures = root.join(PICTURES);
+    fs::create_dir_all(&pictures).map_err(|error| Trouble::reading(&pictures, &error))?;
+    for figure in &FIGURES {
+        let mesh = match figure.subject {
+            Subject::Demo(name) => name,
+            Subject::Made(make) => {
+                let path = folder.join("made.obj");
+                fs::write(&path, make().to_obj())
+                    .map_err(|error| Trouble::reading(&path, &error))?;
+                "made.obj"
+            }
+        };
+        let mut words: Vec<&str> = figure.command.split(' ').collect();
+        words.extend([mesh, "-o", "out.obj", "--picture", "out.png", "--quiet"]);
+        graticule(&program, folder, &words)?;
+        let place = pictures.join(format!("{}.png", figure.name));
+        shrink(&folder.join("out.png"), &place)?;
+        eprintln!("{}", figure.name);
+    }
+    let page = root.join(PAGE);
+    fs::write(&page, to_page()).map_err(|error| Trouble::reading(&page, &error))?;
+    Ok(format!("{PAGE}: {} figures", FIGURES.len()))
+}
+
+fn graticule(program: &Path, folder: &Path, words: &[&str]) -> Result<(), Trouble> {
+    let status = Command::new(program)
+        .args(words)
+        .current_dir(folder)
+        .status()
+        .map_err(|error| Trouble::reading(program, &error))?;
+    if status.success() {
+        Ok(())
+    } else {
+        Err(Trouble(format!("graticule {}: {status}", words.join(" "))))
+    }
+}
+
+/// The picture at half its width and height.
+fn shrink(from: &Path, to: &Path) -> Result<(), Trouble> {
+    let bytes = fs::read(from).map_err(|error| Trouble::reading(from, &error))?;
+    let in_words = |error: graticule_io::ImageError| Trouble(error.to_string());
+    let (picture, _) = read_png(&bytes).map_err(in_words)?;
+    let bytes = png_bytes(&half(&picture), ImageDepth::Eight).map_err(in_words)?;
+    fs::write(to, bytes).map_err(|error| Trouble::reading(to, &error))
+}
+
+fn half(picture: &TextureImage) -> TextureImage {
+    let [width, height] = [picture.width / 2, picture.height / 2];
+    let at = |x: u32, y: u32| picture.pixels[(y * picture.width + x) as usize];
+    let places = (0..height).flat_map(|y| (0..width).map(move |x| (2 * x, 2 * y)));
+    let pixels = places.map(|(x, y)| {
+        let four = [at(x, y), at(x + 1, y), at(x, y + 1), at(x + 1, y + 1)];
+        [0, 1, 2, 3].map(|channel| four.iter().map(|pixel| pixel[channel]).sum::<f32>() / 4.0)
+    });
+    TextureImage {
+        width,
+        height,
+        pixels: pixels.collect(),
+    }
+}
+
+fn to_page() -> String {
+    let mut text = String::from(
+        "# Gallery\n\nFigures of the papers, redone on generated surfaces by `cargo xtask gallery`. \
+         `teapot.obj` and `mask.obj` are those of `graticule demo`.\n",
+    );
+    for figure in &FIGURES {
+        let mesh = match figure.subject {
+            Subject::Demo(name) => name,
+            Subject::Made(_) => "MESH",
+        };
+        let (command, options) = figure
+            .command
+            .split_once(' ')
+            .unwrap_or((figure.command, ""));
+        let line = format!("graticule {command} {mesh} -o OUT {options}");
+        let _ = write!(
+            text,
+            "\n## {}\n\n![{}](gallery/{}.png)\n\n{}\n\n```\n{}\n```\n",
+            figure.of,
+            figure.caption,
+            figure.name,
+            figure.caption,
+            line.trim_end()
+        );
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_picture_of_half_the_size_has_the_means_of_four_pixels() {
+        let pixels = (0..8_u8).map(|k| [f32::from(k), 1.0, 0.0, 1.0]).collect();
+        let picture = TextureImage {
+            width: 4,
+            height: 2,
+            pixels,
+        };
+        let half = half(&picture);
+        assert_eq!((half.width, half.height), (2, 1));
+        let first: Vec<f32> = half.pixels.iter().map(|pixel| pixel[0]).collect();
+        assert!((first[0] - 2.5).abs() < 1e-6 && (first[1] - 4.5).abs() < 1e-6);
+    }
+
+    #[test]
+    fn every_figure_has_a_name_of_its_own() {
+        for (place, figure) in FIGURES.iter().enumerate() {
+            assert!(
+                FIGURES[..place]
+                    .iter()
+                    .all(|other| other.name != figure.name)
+            );
+        }
+    }
+}
