@@ -5,13 +5,17 @@ use glam::{DMat3, DVec3};
 use crate::mesh::{PerVertex, VertexId};
 use crate::tolerance::LIKE_LENGTHS;
 
-/// Vertices in an order that is known by their places alone, not by their numbers: those of a
-/// surface and its mirror image have the same, and so have the two halves of a mirrored surface.
+/// Vertices of a mirrored surface in an order that is known by their places alone, not by their
+/// numbers: the same for both halves. Those of another surface in the order of their numbers.
 pub(super) struct MirrorOrder {
     pub(super) vertices: Vec<VertexId>,
     /// Whether a vertex stands as far out as the one before, and so may be its image.
     pub(super) is_image: Vec<bool>,
 }
+
+/// Share of the vertices that must be images of others for a surface to count as mirrored: half of
+/// them are where no vertex lies on the mirror.
+const LEAST_IMAGES: f64 = 0.4;
 
 /// What a step along each principal axis counts: so that hardly any two vertices count alike that are
 /// not images of each other.
@@ -44,11 +48,21 @@ impl MirrorOrder {
         ordered.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let farthest = ordered.last().map_or(0.0, |last| last.0);
         let is_like = |pair: &[(f64, VertexId)]| pair[1].0 - pair[0].0 <= LIKE_LENGTHS * farthest;
-        let images = ordered.windows(2).map(is_like);
         let first = ordered.first().map(|_| false);
+        let images = ordered.windows(2).map(is_like);
+        let is_image: Vec<bool> = first.into_iter().chain(images).collect();
+        let count = is_image.iter().filter(|is| **is).count();
+        if (count as f64) < LEAST_IMAGES * ordered.len() as f64 {
+            ordered.sort_unstable_by_key(|&(_, vertex)| vertex);
+            return Self::new(ordered, Vec::new());
+        }
+        Self::new(ordered, is_image)
+    }
+
+    fn new(ordered: Vec<(f64, VertexId)>, is_image: Vec<bool>) -> Self {
         Self {
-            is_image: first.into_iter().chain(images).collect(),
             vertices: ordered.into_iter().map(|(_, vertex)| vertex).collect(),
+            is_image,
         }
     }
 }
@@ -111,6 +125,13 @@ mod tests {
         for pair in order.vertices.chunks(2) {
             assert_eq!(pair[0].0 + 40, pair[1].0);
         }
+    }
+
+    #[test]
+    fn without_images_numbers_decide() {
+        let order = MirrorOrder::of(&PerVertex::new(cloud(40)), |vertex| vertex.0 != 3);
+        assert!(order.is_image.is_empty() && order.vertices.len() == 39);
+        assert!(order.vertices.is_sorted());
     }
 
     #[test]

@@ -71,8 +71,7 @@ pub struct SmoothingReport {
 /// its best place among its neighbours, which never raises the functional.
 ///
 /// A mirrored surface gets a mirrored field, to rounding, as far as guidance reaches: groups are
-/// mirrored, and images take their turns at once. So does the mirror image of a surface, and one with
-/// other numbers.
+/// mirrored, and images take their turns at once.
 ///
 /// `positions` order vertices and the factorisation; they have no other influence on the field.
 ///

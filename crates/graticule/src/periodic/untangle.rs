@@ -49,7 +49,7 @@ impl Untangling<'_> {
     /// (V. Garanzha et al., *Foldover-free maps in 50 lines of code*, 2021).
     ///
     /// Triangles that do not close have no say. A vertex is passed over until one beside it moves.
-    /// The search ends when `visits` of vertices are used up.
+    /// The search ends when `visits` of triangles are used up.
     pub(super) fn run(
         &self,
         mut candidates: Vec<FaceId>,
@@ -78,8 +78,11 @@ impl Untangling<'_> {
             if moving.is_empty() || *visits == 0 {
                 break;
             }
-            let awake = moving.iter().filter(|&&vertex| is_awake[vertex]).count();
-            *visits = visits.saturating_sub(awake);
+            let awake = moving.iter().filter(|&&vertex| is_awake[vertex]);
+            let triangles: usize = awake
+                .map(|&vertex| self.mesh.outgoing(vertex).count())
+                .sum();
+            *visits = visits.saturating_sub(triangles);
             let rests = self.pass(&moving, softness(pass), &faces, &mut is_awake, frames);
             moving.reverse();
             pass = match (rests, pass < SOFT_PASSES) {
