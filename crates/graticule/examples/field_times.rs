@@ -1,4 +1,5 @@
-//! What a cross field costs by stage, beside the unit of time **L** of the same surface.
+//! What a cross field and periodic coordinates along it cost by stage, beside the unit of time **L**
+//! of the same surface.
 //!
 //! ```text
 //! RAYON_NUM_THREADS=1 cargo run --release -p graticule --example field_times -- LEVELS...
@@ -18,15 +19,21 @@ use std::time::Instant;
 
 use graticule::field::{FieldOptions, cross_field};
 use graticule::mesh::Surface;
+use graticule::periodic::{ParameterizeOptions, parameterize};
 use graticule::watch::{Event, Watch};
 use graticule_fixtures::{Fixture, icosphere};
 
-const STAGES: [&str; 5] = [
+const STAGES: [&str; 10] = [
     "triangulation",
     "curvature",
     "field smoothing",
     "cancelling pairs",
     "field",
+    "energy",
+    "minimisation",
+    "refinement",
+    "untangling",
+    "parameterization",
 ];
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -36,8 +43,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     // All fields first: peak memory must not be that of an L.
     let rows: Result<Vec<(Fixture, Row)>, _> = spheres.map(measured).collect();
     println!(
-        "| triangles | {} | all, L | L, s | peak memory, MiB |",
-        STAGES[..4].join(" | ")
+        "| triangles | {} | L, s | peak memory, MiB |",
+        STAGES.join(" | ")
     );
     println!("|{}", "---:|".repeat(STAGES.len() + 3));
     for (sphere, row) in rows? {
@@ -85,7 +92,9 @@ fn measured(sphere: Fixture) -> Result<(Fixture, Row), Box<dyn Error>> {
             heard.lock().unwrap_or_else(PoisonError::into_inner)[stage] += sign * seconds();
         }
     });
-    cross_field(&surface, &FieldOptions::default(), &watch)?;
+    let field = cross_field(&surface, &FieldOptions::default(), &watch)?.field;
+    let options = ParameterizeOptions::default();
+    parameterize(&surface, &field, None, &options, &watch)?;
     let stages = *stages.lock().unwrap_or_else(PoisonError::into_inner);
     let mebibytes = peak_memory();
     Ok((sphere, Row { stages, mebibytes }))

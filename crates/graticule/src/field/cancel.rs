@@ -80,7 +80,8 @@ impl FieldDomain<'_> {
 /// Radius of the disk that is smoothed anew around either singularity, over their distance.
 const REACH: f64 = 1.5;
 
-/// The least such radius, in mean edge lengths.
+/// The least such radius, in mean edge lengths: of the surface, or of the two triangles where these
+/// are smaller.
 const LEAST_REACH: f64 = 3.0;
 
 /// Most vertices in such a disk.
@@ -266,7 +267,10 @@ impl<'a> Canceller<'a> {
 
     /// The vertices around both that are neither held nor torn.
     fn region(&mut self, pair: &Pair) -> Vec<VertexId> {
-        let least = LEAST_REACH * self.domain.mean_edge_length();
+        let local = self
+            .mean_side(pair.positive)
+            .max(self.mean_side(pair.negative));
+        let least = LEAST_REACH * self.domain.mean_edge_length().min(local);
         let radius = (REACH * pair.path.length).max(least);
         let (mesh, graph) = (self.domain.surface().mesh(), self.domain.edge_graph());
         let mut disk = Vec::new();
@@ -292,6 +296,13 @@ impl<'a> Canceller<'a> {
         region.dedup();
         region.retain(|&vertex| self.guidance.fixed(vertex).is_none() && !self.is_torn(vertex));
         region
+    }
+
+    /// The mean length of the sides of a triangle.
+    fn mean_side(&self, face: FaceId) -> f64 {
+        let surface = self.domain.surface();
+        let sides = face.halfedges().map(|side| surface.halfedge_vector(side));
+        sides.iter().map(|side| side.length()).sum::<f64>() / 3.0
     }
 
     /// Whether the field turns by half a step along an edge here. Rounding chooses the jump there, as

@@ -8,7 +8,7 @@ use super::disk::{DiskFinder, DiskVertex, EdgeGraph};
 use super::tangent::TangentPlanes;
 use crate::geometry::{EdgeLengths, IntrinsicTriangulation, dihedral_angles, vertex_areas};
 use crate::mesh::{PerVertex, Surface, VertexId};
-use crate::tolerance::{DISK_VERTEX_LIMIT, FINE_DISK, FLAT_CURVATURE};
+use crate::tolerance::{DISK_VERTEX_LIMIT, FINE_DISK, FLAT_CURVATURE, UMBILIC_CONFIDENCE};
 use crate::watch::{Stopped, Watch};
 
 /// How curvature is estimated.
@@ -272,6 +272,10 @@ fn vertex_bends(
 /// spheres and planes, whatever the size of the model. The ratio `|max / min|` of [PGP06] Eq. 21 is
 /// infinite at parabolic points and says nothing on flat ones.
 ///
+/// What is below [`UMBILIC_CONFIDENCE`] counts as 0, and the rest from there: the disk has the same
+/// number of edges on any sampling, so that on a sphere the error of the difference stays when the
+/// mesh gets finer, while ever more vertices share it.
+///
 /// [PGP06]: crate::papers::PGP06
 fn confidence(max: f64, min: f64, flat: f64) -> f64 {
     // In terms of the largest, so that squares neither overflow nor underflow.
@@ -280,7 +284,8 @@ fn confidence(max: f64, min: f64, flat: f64) -> f64 {
         return 0.0;
     }
     let (max, min, flat) = (max / scale, min / scale, flat / scale);
-    ((max - min).powi(2) / (max * max + min * min + flat * flat)).min(1.0)
+    let share = (max - min).powi(2) / (max * max + min * min + flat * flat);
+    ((share - UMBILIC_CONFIDENCE) / (1.0 - UMBILIC_CONFIDENCE)).clamp(0.0, 1.0)
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ use faer::c64;
 use glam::{DVec2, DVec3};
 
 use super::connection::ConnectionLaplacian;
+use super::mirror_order::MirrorOrder;
 use super::phase_graph::{Coupling, PhaseGraph};
 use super::{FieldError, Guidance, Symmetry};
 use crate::geometry::{IntrinsicTriangulation, vertex_areas};
@@ -30,11 +31,15 @@ pub(super) struct System {
     /// The vertices that are not fixed, and for each vertex its place among them or [`FIXED`].
     pub(super) free: Vec<VertexId>,
     places: PerVertex<usize>,
+    /// Whether a free vertex may be the mirror image of the one before.
+    is_image: Vec<bool>,
 }
 
 impl System {
+    /// `positions` order the vertices; they have no other influence.
     pub(super) fn new(
         triangulation: &IntrinsicTriangulation,
+        positions: &PerVertex<DVec3>,
         guidance: &Guidance,
         smoothing: f64,
     ) -> Result<Self, FieldError> {
@@ -45,7 +50,8 @@ impl System {
         let fitting = |vertex: VertexId| (1.0 - smoothing) * masses[vertex];
         let count = guidance.vertex_count();
         let is_free = |vertex: &VertexId| guidance.fixed(*vertex).is_none();
-        let free: Vec<_> = triangulation.vertices().filter(is_free).collect();
+        let order = MirrorOrder::of(positions, is_free);
+        let free = order.vertices;
         let mut places = PerVertex::filled(count, FIXED);
         for (place, &vertex) in free.iter().enumerate() {
             places[vertex] = place;
@@ -59,6 +65,7 @@ impl System {
             masses,
             free,
             places,
+            is_image: order.is_image,
         })
     }
 
@@ -91,7 +98,10 @@ impl System {
         });
         let masses = self.at_free(&self.masses);
         let starts_from = vec![DVec2::X; masses.len()];
-        PhaseGraph::from_rows(rows, diagonal, self.constant_side(), masses, starts_from)
+        let side = self.constant_side();
+        let mut graph = PhaseGraph::from_rows(rows, diagonal, side, masses, starts_from);
+        graph.is_image.clone_from(&self.is_image);
+        graph
     }
 
     /// What the free vertices have.

@@ -4,6 +4,7 @@
 use glam::{DVec2, DVec3};
 
 use super::phase_graph::{Coupling, PhaseGraph, mirrored};
+use crate::tolerance::LIKE_LENGTHS;
 use crate::watch::{Stopped, Watch};
 
 /// A fine node by its coarse one: `x = rotation · X`, or `rotation · conj X`.
@@ -145,12 +146,8 @@ impl<'a> Hierarchy<'a> {
 
 /// The form with one node for each group of nodes.
 fn coarsened(graph: &PhaseGraph) -> Level {
-    let members = grouped(graph);
-    let count = members
-        .iter()
-        .map(|m| m.group as usize + 1)
-        .max()
-        .unwrap_or(0);
+    let Groups { members, is_image } = Groups::of(graph);
+    let count = is_image.len();
     let mut diagonal = vec![0.0; count];
     let mut anchors = vec![DVec2::ZERO; count];
     let mut masses = vec![0.0; count];
@@ -186,7 +183,8 @@ fn coarsened(graph: &PhaseGraph) -> Level {
         }
     }
     let rows = rows.entries.iter().copied();
-    let graph = PhaseGraph::from_rows(rows, diagonal, anchors, masses, starts_from);
+    let mut graph = PhaseGraph::from_rows(rows, diagonal, anchors, masses, starts_from);
+    graph.is_image = is_image;
     Level { graph, members }
 }
 
@@ -251,40 +249,141 @@ fn is_strong(graph: &PhaseGraph, node: usize, coupling: &Coupling) -> bool {
     coupling.node as usize != node && coupling.factor.length() >= STRONG * product.sqrt()
 }
 
+/// The couplings that hold a node to others.
+fn strong(graph: &PhaseGraph, node: usize) -> impl Iterator<Item = &Coupling> {
+    let couplings = graph.couplings(node).iter();
+    couplings.filter(move |coupling| is_strong(graph, node, coupling))
+}
+
 /// Groups of a node and all that hang on it strongly; the rest joins the group it hangs on most, or
 /// makes groups of its own.
-fn grouped(graph: &PhaseGraph) -> Vec<Member> {
-    let mut members = vec![UNASSIGNED; graph.count()];
-    let mut groups = 0;
-    let strong = |node: usize| {
-        let couplings = graph.couplings(node).iter();
-        couplings.filter(move |coupling| is_strong(graph, node, coupling))
-    };
-    for wants_whole in [true, false] {
-        for node in 0..graph.count() {
-            let is_taken = |node: u32| members[node as usize].is_assigned();
-            let blocked = wants_whole && strong(node).any(|coupling| is_taken(coupling.node));
-            if is_taken(node as u32) || blocked {
+///
+/// Nodes that are images of each other are decided on at once: none of them gets what two of them
+/// would. So the groups of a mirrored surface are mirrored.
+struct Groups {
+    members: Vec<Member>,
+    /// For each group whether its first node is an image of that of the group before.
+    is_image: Vec<bool>,
+}
+
+impl Groups {
+    fn of(graph: &PhaseGraph) -> Self {
+        let mut groups = Self {
+            members: vec![UNASSIGNED; graph.count()],
+            is_image: Vec::new(),
+        };
+        let mut claims = vec![0; graph.count()];
+        for wants_whole in [true, false] {
+            for class in graph.classes() {
+                let roots = class.filter(|&node| groups.may_begin(graph, node, wants_whole));
+                let roots: Vec<usize> = roots.collect();
+                groups.begin(graph, &roots, wants_whole, &mut claims);
+            }
+            if wants_whole {
+                groups.join_neighbors(graph);
+            }
+        }
+        groups
+    }
+
+    /// Whether a node has no group, and, if a group is to be whole, none of those that hang on it.
+    fn may_begin(&self, graph: &PhaseGraph, node: usize, wants_whole: bool) -> bool {
+        let is_taken = |node: usize| self.members[node].is_assigned();
+        let mut around = strong(graph, node).map(|coupling| coupling.node as usize);
+        !is_taken(node) && !(wants_whole && around.any(is_taken))
+    }
+
+    /// Makes a group of each of some images. Whole groups that would overlap are not made; else
+    /// what two of them lay claim to is left for later.
+    fn begin(
+        &mut self,
+        graph: &PhaseGraph,
+        roots: &[usize],
+        wants_whole: bool,
+        claims: &mut [u32],
+    ) {
+        let reach = |root: usize| {
+            let around = strong(graph, root).map(|coupling| coupling.node as usize);
+            std::iter::once(root).chain(around)
+        };
+        if let &[root] = roots {
+            return self.make(graph, root, false, |_| true);
+        }
+        let all = || roots.iter().flat_map(|&root| reach(root));
+        all().for_each(|node| claims[node] += 1);
+        let mut is_image = false;
+        for &root in roots {
+            if wants_whole && reach(root).any(|node| claims[node] > 1) {
                 continue;
             }
-            let root = Member {
-                group: groups,
-                ..UNASSIGNED
-            };
-            groups += 1;
-            members[node] = root;
-            for coupling in strong(node) {
-                let member = &mut members[coupling.node as usize];
-                if !member.is_assigned() {
-                    *member = root.linked(&from_other_end(coupling));
-                }
+            self.make(graph, root, is_image, |node| claims[node] == 1);
+            is_image = true;
+        }
+        all().for_each(|node| claims[node] = 0);
+    }
+
+    /// Makes a group of a root and what hangs on it, as far as that is free and granted.
+    fn make(
+        &mut self,
+        graph: &PhaseGraph,
+        root: usize,
+        is_image: bool,
+        is_granted: impl Fn(usize) -> bool,
+    ) {
+        let own = Member {
+            group: self.is_image.len() as u32,
+            ..UNASSIGNED
+        };
+        self.is_image.push(is_image);
+        self.members[root] = own;
+        for coupling in strong(graph, root) {
+            let node = coupling.node as usize;
+            if !self.members[node].is_assigned() && is_granted(node) {
+                self.members[node] = own.linked(&from_other_end(coupling));
             }
         }
-        if wants_whole {
-            join_neighbors(graph, &mut members);
+    }
+
+    /// Puts nodes without a group into that of the neighbour they hang on most, of like ones the
+    /// first. A node that hangs on images of each other alike stays on its own.
+    fn join_neighbors(&mut self, graph: &PhaseGraph) {
+        let before = self.members.clone();
+        let classes = class_numbers(graph.count(), &graph.is_image);
+        let group_classes = class_numbers(self.is_image.len(), &self.is_image);
+        for (node, member) in self.members.iter_mut().enumerate() {
+            if member.is_assigned() {
+                continue;
+            }
+            let joined = |coupling: &Coupling| before[coupling.node as usize];
+            let grouped = || strong(graph, node).filter(|c| joined(c).is_assigned());
+            let length = |coupling: &Coupling| coupling.factor.length();
+            let longest = grouped().map(length).fold(0.0, f64::max);
+            let like = || grouped().filter(|c| length(c) >= (1.0 - LIKE_LENGTHS) * longest);
+            let rank = |coupling: &&Coupling| {
+                let group = joined(coupling).group as usize;
+                (group_classes[group], classes[coupling.node as usize])
+            };
+            let Some(best) = like().min_by_key(rank) else {
+                continue;
+            };
+            let is_image =
+                |other: &Coupling| other.node != best.node && rank(&other) == rank(&best);
+            if !like().any(is_image) {
+                *member = joined(best).linked(best);
+            }
         }
     }
-    members
+}
+
+/// For each of so many elements the number of its class: images have that of the one before.
+fn class_numbers(count: usize, is_image: &[bool]) -> Vec<u32> {
+    let mut number = 0;
+    let of_element = |element: usize| {
+        let is_image = is_image.get(element).copied().unwrap_or(false);
+        number += u32::from(!is_image);
+        number
+    };
+    (0..count).map(of_element).collect()
 }
 
 /// The coupling of the neighbour to the node that `coupling` belongs to.
@@ -292,26 +391,5 @@ fn from_other_end(coupling: &Coupling) -> Coupling {
     Coupling {
         factor: mirrored(coupling.factor, !coupling.is_mirrored),
         ..*coupling
-    }
-}
-
-/// Puts nodes without a group into that of the neighbour they hang on most.
-fn join_neighbors(graph: &PhaseGraph, members: &mut [Member]) {
-    let before = members.to_vec();
-    for (node, member) in members.iter_mut().enumerate() {
-        if member.is_assigned() {
-            continue;
-        }
-        let strong = graph.couplings(node).iter();
-        let strong = strong.filter(|coupling| {
-            is_strong(graph, node, coupling) && before[coupling.node as usize].is_assigned()
-        });
-        let best = strong.max_by(|a, b| {
-            let lengths = [a, b].map(|coupling| coupling.factor.length());
-            lengths[0].total_cmp(&lengths[1])
-        });
-        if let Some(coupling) = best {
-            *member = before[coupling.node as usize].linked(coupling);
-        }
     }
 }

@@ -31,6 +31,7 @@ mod guidance;
 mod guide;
 pub(crate) mod hierarchy;
 mod matching;
+mod mirror_order;
 mod newton;
 mod options;
 pub(crate) mod phase_graph;

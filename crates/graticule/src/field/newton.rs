@@ -67,7 +67,7 @@ pub fn smooth_field_by_newton(
         });
     }
     let _stage = watch.stage("field smoothing by Newton's method");
-    let system = System::new(triangulation, guidance, options.smoothing)?;
+    let system = System::new(triangulation, positions, guidance, options.smoothing)?;
     let graph = system.graph();
     let nodes = Nodes {
         weights: system.at_free(&system.weights),

@@ -1,5 +1,7 @@
 //! A quadratic form of complex numbers that want to differ from their neighbours by given rotations.
 
+use std::ops::Range;
+
 use glam::DVec2;
 
 use crate::solve::{LinearOperator, Preconditioner};
@@ -53,6 +55,9 @@ pub(crate) struct PhaseGraph {
     pub(crate) masses: Vec<f64>,
     /// Unit vectors to start from.
     pub(crate) starts_from: Vec<DVec2>,
+    /// Whether a node is of one class with the one before: images of each other, of which none may
+    /// take its turn first. Empty where every node is on its own.
+    pub(crate) is_image: Vec<bool>,
     /// The constant part of the form: weights of links to fixed nodes.
     constant: f64,
     /// The place of each node of the caller among the free ones, or [`FIXED`].
@@ -90,6 +95,7 @@ impl PhaseGraph {
             anchors: vec![DVec2::ZERO; free.len()],
             masses: free.iter().map(|&node| masses[node]).collect(),
             starts_from: free.iter().map(|&node| order.starts_from[node]).collect(),
+            is_image: Vec::new(),
             constant: 0.0,
             places,
         };
@@ -117,6 +123,7 @@ impl PhaseGraph {
             anchors,
             masses,
             starts_from,
+            is_image: Vec::new(),
             constant: 0.0,
         };
         graph.collect(rows);
@@ -245,24 +252,52 @@ impl PhaseGraph {
         (0..self.count()).map(of_node).collect()
     }
 
+    /// The classes of nodes that take their turn at once, as ranges of nodes, in order.
+    pub(crate) fn classes(&self) -> impl DoubleEndedIterator<Item = Range<usize>> + '_ {
+        let is_first = |node: &usize| !self.is_image.get(*node).copied().unwrap_or(false);
+        let firsts = (0..self.count()).filter(is_first);
+        firsts.map(|first| {
+            let rest = self.is_image.iter().skip(first + 1);
+            first..first + 1 + rest.take_while(|is_image| **is_image).count()
+        })
+    }
+
     /// Moves each node to the best unit vector for its neighbours as they are, in order and then
-    /// back; the mean move of the second pass. The form never grows.
+    /// back, images at once; the mean move of the second pass. The form never grows but between
+    /// images that are neighbours.
     pub(crate) fn relax_units(&self, values: &mut [DVec2]) -> f64 {
-        for node in 0..self.count() {
-            self.relax_unit(node, values);
+        let mut images = Vec::new();
+        for class in self.classes() {
+            self.relax_class(class, values, &mut images);
         }
-        let moves = (0..self.count())
+        let moves = self
+            .classes()
             .rev()
-            .map(|node| self.relax_unit(node, values));
+            .map(|class| self.relax_class(class, values, &mut images));
         moves.sum::<f64>() / self.count().max(1) as f64
     }
 
-    fn relax_unit(&self, node: usize, values: &mut [DVec2]) -> f64 {
-        let before = values[node];
+    fn relax_class(
+        &self,
+        class: Range<usize>,
+        values: &mut [DVec2],
+        images: &mut Vec<DVec2>,
+    ) -> f64 {
         // Where the neighbours cancel out, any unit vector is as good.
-        let best = self.pull(node, values).try_normalize().unwrap_or(before);
-        values[node] = best;
-        best.distance(before)
+        let best = |node: usize, values: &[DVec2]| {
+            let pull = self.pull(node, values);
+            pull.try_normalize().unwrap_or(values[node])
+        };
+        if class.len() == 1 {
+            let after = best(class.start, values);
+            return std::mem::replace(&mut values[class.start], after).distance(after);
+        }
+        images.clear();
+        images.extend(class.clone().map(|node| best(node, values)));
+        let nodes = values[class].iter_mut().zip(images.iter());
+        nodes
+            .map(|(value, &after)| std::mem::replace(value, after).distance(after))
+            .sum()
     }
 
     /// The operator `d x − Σ factor · x_b + step · mass · x`, for unknowns as pairs of numbers.

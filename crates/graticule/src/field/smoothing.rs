@@ -70,10 +70,10 @@ pub struct SmoothingReport {
 /// iterations for the smoothest field there is. On each finer level every vector is moved in turn to
 /// its best place among its neighbours, which never raises the functional.
 ///
-/// A mirrored surface gets a mirrored field, to rounding, if there is one level only. With more, the
-/// groups are not mirrored and may lead its two sides into different local minima.
+/// A mirrored surface gets a mirrored field, to rounding, as far as guidance reaches: groups are
+/// mirrored, and images take their turns at once.
 ///
-/// `positions` order the factorisation; they have no influence on the field.
+/// `positions` order vertices and the factorisation; they have no other influence on the field.
 ///
 /// Fixed vertices are eliminated. Cost: linear, and a small factorisation.
 ///
@@ -90,7 +90,7 @@ pub fn smooth_field(
 ) -> Result<SmoothField, FieldError> {
     check_share(options.smoothing)?;
     let _stage = watch.stage("field smoothing");
-    let system = System::new(triangulation, guidance, options.smoothing)?;
+    let system = System::new(triangulation, positions, guidance, options.smoothing)?;
     let found = Found::from_coarse(&system, positions, options, watch)?;
     let powers = system.with_fixed(&found.values);
     Ok(SmoothField {

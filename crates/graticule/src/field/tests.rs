@@ -172,33 +172,37 @@ fn mirrored_bump(cells: u32) -> Fixture {
 
 #[test]
 fn a_mirrored_surface_has_a_mirrored_field() {
-    // Few enough vertices to be solved as a whole.
-    let surface = surface(mirrored_bump(10));
-    for cancel_distance in [0.0, FieldOptions::default().cancel_distance] {
-        let options = FieldOptions {
-            cancel_distance,
-            ..FieldOptions::default()
-        };
-        let off = asymmetry(&surface, &field(&surface, &options));
-        assert!(off < 1e-9, "{cancel_distance}: {off}");
+    // Few enough vertices to be solved as a whole, and from coarse to fine.
+    for (cells, levels, limit) in [(10, 1, 1e-9), (36, 2, 1e-6)] {
+        let surface = surface(mirrored_bump(cells));
+        for cancel_distance in [0.0, FieldOptions::default().cancel_distance] {
+            let options = FieldOptions {
+                cancel_distance,
+                ..FieldOptions::default()
+            };
+            let found = field(&surface, &options);
+            assert!(found.report.smoothing.levels >= levels);
+            let off = asymmetry(&surface, &found);
+            assert!(off < limit, "{cells}, {cancel_distance}: {off}");
+        }
     }
 }
 
 #[test]
-fn a_mirrored_surface_from_coarse_to_fine_has_as_many_singularities_on_either_side() {
-    // Groups of vertices are not mirrored, and lead the two sides into different local minima: their
-    // singularities lie up to two coarse links from where the mirror would have them.
-    let surface = surface(mirrored_bump(36));
-    let found = field(&surface, &FieldOptions::default());
-    assert!(found.report.smoothing.levels > 1);
-    for steps in [-1, 1] {
-        let faces = found.singularities.faces.iter();
-        let middles = faces.filter(|s| s.steps == steps).map(|s| {
-            let corners = surface.corner_positions(s.face);
-            corners.iter().map(|p| p.x).sum::<f64>()
-        });
-        let (left, right): (Vec<_>, Vec<_>) = middles.partition(|x| *x < 0.0);
-        assert_eq!(left.len(), right.len(), "{left:?} {right:?}");
+fn a_smooth_surface_gains_no_singularities_when_sampled_more_finely() {
+    let count = |fixture| {
+        let found = field(&surface(fixture), &FieldOptions::default());
+        found.report.singularities
+    };
+    for levels in [3, 5, 6] {
+        assert_eq!(count(icosphere(levels)), 8, "{levels}");
+    }
+    let axes = DVec3::new(1.0, 1.4, 2.0);
+    for levels in [3, 5] {
+        assert_eq!(count(icosphere(levels).map(|p| p * axes)), 8, "{levels}");
+    }
+    for around in [60, 240] {
+        assert_eq!(count(torus(2.0, 0.7, around, around / 3)), 0, "{around}");
     }
 }
 

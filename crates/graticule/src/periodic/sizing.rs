@@ -1,6 +1,7 @@
 //! Densities of lines that vary over the surface.
 
-use std::collections::VecDeque;
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
 use std::f64::consts::LN_2;
 
 use super::PeriodicError;
@@ -131,12 +132,16 @@ pub(super) fn denser_about(
 ) -> PerVertex<f64> {
     // In charts from the nearest of them, as far as it matters.
     let mut distances = PerVertex::filled(density.len(), DENSER_REACH);
-    let mut waiting = VecDeque::new();
+    let mut waiting = BinaryHeap::new();
     for &vertex in vertices {
         distances[vertex] = 0.0;
-        waiting.push_back(vertex);
+        waiting.push(Reverse((0_u64, vertex)));
     }
-    while let Some(vertex) = waiting.pop_front() {
+    while let Some(Reverse((bits, vertex))) = waiting.pop() {
+        // An entry that a shorter way has overtaken.
+        if distances[vertex].to_bits() != bits {
+            continue;
+        }
         for halfedge in triangulation
             .outgoing(vertex)
             .flat_map(|h| [h, h.previous()])
@@ -147,7 +152,8 @@ pub(super) fn denser_about(
             let there = distances[vertex] + length * density[vertex];
             if there < distances[other] {
                 distances[other] = there;
-                waiting.push_back(other);
+                // Distances are not negative: their bits are in their order.
+                waiting.push(Reverse((there.to_bits(), other)));
             }
         }
     }

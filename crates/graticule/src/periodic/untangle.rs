@@ -49,10 +49,12 @@ impl Untangling<'_> {
     /// (V. Garanzha et al., *Foldover-free maps in 50 lines of code*, 2021).
     ///
     /// Triangles that do not close have no say. A vertex is passed over until one beside it moves.
+    /// The search ends when `visits` of triangles are used up.
     pub(super) fn run(
         &self,
         mut candidates: Vec<FaceId>,
         frames: &mut VertexFrames,
+        visits: &mut usize,
         watch: &Watch,
     ) -> Result<(), Stopped> {
         let _stage = watch.stage("untangling");
@@ -73,9 +75,14 @@ impl Untangling<'_> {
                     }
                 }
             }
-            if moving.is_empty() {
+            if moving.is_empty() || *visits == 0 {
                 break;
             }
+            let awake = moving.iter().filter(|&&vertex| is_awake[vertex]);
+            let triangles: usize = awake
+                .map(|&vertex| self.mesh.outgoing(vertex).count())
+                .sum();
+            *visits = visits.saturating_sub(triangles);
             let rests = self.pass(&moving, softness(pass), &faces, &mut is_awake, frames);
             moving.reverse();
             pass = match (rests, pass < SOFT_PASSES) {
@@ -193,12 +200,13 @@ impl Untangling<'_> {
                 .map(|c| c.energy(place, softness))
                 .sum::<Taylor>()
         };
+        let value = |place| star.iter().map(|c| c.value(place, softness)).sum::<f64>();
         let before = at(place);
         let mut step = before.newton_step(self.whole[vertex]);
         let steepest = star.iter().map(|c| c.gradient.length()).fold(1.0, f64::max);
         let rest = AT_REST / steepest;
         while step.length() > rest {
-            if at(place + step).value < before.value {
+            if value(place + step) < before.value {
                 frames.coordinates[vertex] = place + step;
                 return step.length() * steepest;
             }
@@ -268,6 +276,14 @@ impl Corner {
         u.perp_dot(v)
     }
 
+    /// The energy alone.
+    fn value(&self, place: DVec2, softness: f64) -> f64 {
+        let [u, v] = self.rows(place);
+        let determinant = u.perp_dot(v);
+        let size = u.length_squared() + v.length_squared() + 1.0 + determinant * determinant;
+        0.5 * self.area / barrier(determinant, softness).0 * size
+    }
+
     /// `A (|J|² + 1 + D²) / 2χ(D)` with `χ = (D + √(D² + ε²)) / 2`, least for an isometry.
     fn energy(&self, place: DVec2, softness: f64) -> Taylor {
         let [u, v] = self.rows(place);
@@ -278,13 +294,7 @@ impl Corner {
         let slope = 2.0 * DVec2::new(u.dot(self.gradient), v.dot(self.gradient))
             + growth * (2.0 * determinant);
         let bend = DMat2::from_diagonal(DVec2::splat(2.0 * square)) + outer(growth, growth) * 2.0;
-        let root = determinant.hypot(softness);
-        // The same as (D + √(D² + ε²)) / 2, without cancellation.
-        let barrier = if determinant > 0.0 {
-            0.5 * (determinant + root)
-        } else {
-            0.5 * softness * softness / (root - determinant)
-        };
+        let (barrier, root) = barrier(determinant, softness);
         let rise = barrier / root;
         let curve = 0.5 * softness * softness / (root * root * root);
         let share = 0.5 * self.area / barrier;
@@ -297,6 +307,19 @@ impl Corner {
             bend: (bend - mixed * ratio + outer(growth, growth) * along) * share,
         }
     }
+}
+
+/// `χ` and the root in it, without cancellation. A determinant whose square overflows gives no value
+/// to compare, and so no step.
+fn barrier(determinant: f64, softness: f64) -> (f64, f64) {
+    let square = softness * softness;
+    let root = (determinant * determinant + square).sqrt();
+    let barrier = if determinant > 0.0 {
+        0.5 * (determinant + root)
+    } else {
+        0.5 * square / (root - determinant)
+    };
+    (barrier, root)
 }
 
 fn outer(a: DVec2, b: DVec2) -> DMat2 {

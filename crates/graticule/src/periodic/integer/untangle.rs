@@ -174,7 +174,7 @@ impl SettledNet<'_> {
 /// Visits of each triangle of the surface, in the mean, in the search for places without flips.
 ///
 /// Surfaces on which all flips go take a few dozen.
-const MOST_EFFORT: usize = 600;
+const MOST_EFFORT: usize = 200;
 
 /// Times that the regularisation is made weaker.
 const MOST_REGULARISATIONS: usize = 25;
