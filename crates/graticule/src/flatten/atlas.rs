@@ -88,6 +88,7 @@ pub fn lay_flat(
         surface,
         options,
         charts: Vec::new(),
+        place_count: 0,
     };
     for &edge in &options.uncut {
         draft.uncut[edge] = true;
@@ -111,6 +112,8 @@ struct Draft<'a> {
     options: &'a AtlasOptions,
     uncut: PerEdge<bool>,
     charts: Vec<Chart>,
+    /// Places of all charts.
+    place_count: u32,
     /// The place of each corner among those of all charts.
     corners: PerCorner<u32>,
 }
@@ -139,7 +142,8 @@ impl Draft<'_> {
                 return Err(FlattenError::Component { component, reason });
             }
         };
-        let first = self.place_count();
+        let first = self.place_count;
+        self.place_count += chart.places.len() as u32;
         for (face, triangle) in chart.triangles.iter().enumerate() {
             for (side, vertex) in triangle.iter().enumerate() {
                 let corner = HalfedgeId::from_index(3 * face + side);
@@ -166,7 +170,8 @@ impl Draft<'_> {
     fn add_point(&mut self, topology: &Topology, component: ComponentId, watch: &Watch) {
         let message = format!("{component} has no area: it is laid into one point");
         watch.warn("component-without-area", message);
-        let first = self.place_count();
+        let first = self.place_count;
+        self.place_count += 1;
         let faces = topology
             .face_components
             .enumerate()
@@ -196,13 +201,6 @@ impl Draft<'_> {
             self.corners[side] != self.corners[twin.next()]
                 || self.corners[side.next()] != self.corners[twin]
         })
-    }
-
-    fn place_count(&self) -> u32 {
-        self.charts
-            .iter()
-            .map(|chart| chart.places.len() as u32)
-            .sum()
     }
 
     fn finish(self, watch: &Watch) -> Result<Atlas, FlattenError> {

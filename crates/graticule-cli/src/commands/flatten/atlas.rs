@@ -6,7 +6,7 @@ use graticule::geometry::dihedral_angles;
 use graticule::mesh::{EdgeId, HalfedgeId, NO_VALUE, PerCorner, PolygonSoup, Repaired, Surface};
 use serde_json::{Value, json};
 
-use super::Judged;
+use super::{Judged, put_into};
 use super::atlas_options::{AtlasArguments, SeamArgument};
 use super::method::is_diagonal;
 use super::options::{Options, Scale};
@@ -50,7 +50,8 @@ pub(super) fn run(
         None => None,
     };
     let whole = part.on_whole(repaired, &atlas.corners);
-    outcome.mesh = Some(uvs::put_at_corners(input.soup, repaired, places, &whole));
+    let soup = uvs::put_at_corners(input.soup, repaired, places, &whole);
+    put_into(outcome, soup);
     Ok(picture)
 }
 
