@@ -4,6 +4,7 @@
 
 mod bench;
 mod corpus;
+mod growth;
 mod layers;
 mod papers;
 mod picture;
@@ -44,6 +45,8 @@ enum Chore {
     Corpus(corpus::Options),
     /// Measure a command on patches of growing size and print the tables of `BENCHMARKS.md`.
     Bench(bench::Options),
+    /// Measure how the methods of flattening grow, for `BENCHMARKS.md`.
+    Growth(growth::Options),
     /// Make Table I of PGP06 anew, from the models of a folder.
     Table1(table1::Options),
     /// Make the picture of the README anew.
@@ -70,6 +73,7 @@ fn run(chore: &Chore) -> Result<String, Trouble> {
         Chore::Papers => papers::check(&root),
         Chore::Corpus(options) => corpus::run(&root, options),
         Chore::Bench(options) => bench::run(&root, options),
+        Chore::Growth(options) => growth::run(&root, options),
         Chore::Table1(options) => table1::run(&root, options),
         Chore::Picture => picture::run(&root),
     }

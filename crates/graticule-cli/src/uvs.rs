@@ -98,7 +98,9 @@ pub(crate) fn distinct_at_vertices(
         // Adding 0 makes one of both zeros.
         sorted.extend(corners.map(|(turn, corner)| (uvs[corner] + DVec2::ZERO, turn, corner)));
         sorted.sort_unstable_by(|(a, turn, _), (b, other, _)| {
-            a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(turn.cmp(other))
+            a.x.total_cmp(&b.x)
+                .then(a.y.total_cmp(&b.y))
+                .then(turn.cmp(other))
         });
         let mut groups: Vec<_> = sorted.chunk_by(|(a, ..), (b, ..)| a == b).collect();
         groups.sort_unstable_by_key(|group| group[0].1);
@@ -129,4 +131,71 @@ fn with_first_set(
         None => sets.push(set),
     }
     soup
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use graticule::mesh::Polygons;
+
+    /// Soup with these polygons, one coordinate for each vertex.
+    fn soup(polygons: &[&[u32]], places: &[[f64; 2]]) -> PolygonSoup {
+        let polygons: Polygons = polygons.iter().copied().collect();
+        let corner_values = polygons.corner_vertices().to_vec();
+        let soup = PolygonSoup {
+            polygons,
+            ..PolygonSoup::default()
+        };
+        let values = places.iter().copied().map(DVec2::from).collect();
+        with_first_set(soup, values, corner_values)
+    }
+
+    #[test]
+    fn a_quad_bent_by_the_map_begins_at_its_dent_and_others_as_they_did() {
+        let places = [
+            [0.0, 0.0],
+            [1.0, 0.2],
+            [2.0, 0.0],
+            [1.0, 2.0],
+            [5.0, 0.0],
+            [5.0, 3.0],
+        ];
+        let mut soup = soup(&[&[0, 1, 2, 3], &[2, 4, 5, 3], &[2, 1, 0]], &places);
+        assert_eq!(begin_polygons_for_fans(&mut soup), 1);
+        assert_eq!(soup.polygons.vertices(0), [1, 2, 3, 0]);
+        assert_eq!(soup.polygons.vertices(1), [2, 4, 5, 3]);
+        let values = &soup.attributes.uv_sets[0].corner_values;
+        assert_eq!(values, soup.polygons.corner_vertices());
+        assert_eq!(begin_polygons_for_fans(&mut soup), 0);
+    }
+
+    #[test]
+    fn polygons_without_coordinates_stay() {
+        let mut bare = soup(&[&[0, 1, 2, 3]], &[]);
+        assert_eq!(begin_polygons_for_fans(&mut bare), 0);
+        bare.attributes.uv_sets.clear();
+        assert_eq!(begin_polygons_for_fans(&mut bare), 0);
+    }
+
+    #[test]
+    fn corners_share_the_values_they_agree_on_in_the_order_they_come() {
+        let fan = graticule_fixtures::icosphere(1);
+        let mesh = TriangleMesh::new(fan.positions.len(), &fan.triangles).unwrap();
+        let uvs = PerCorner::from_fn(mesh.halfedge_count(), |corner: HalfedgeId| {
+            let zero = if corner.0 % 2 == 0 { 0.0 } else { -0.0 };
+            DVec2::new(f64::from(corner.0 % 3), zero)
+        });
+        let (values, value_of_corner) = distinct_at_vertices(&mesh, &uvs);
+        for vertex in mesh.vertices() {
+            let corners: Vec<_> = mesh.outgoing(vertex).collect();
+            for &a in &corners {
+                assert_eq!(values[value_of_corner[a] as usize], uvs[a]);
+                for &b in &corners {
+                    assert_eq!(value_of_corner[a] == value_of_corner[b], uvs[a] == uvs[b]);
+                }
+            }
+        }
+        let used = value_of_corner.iter().max().unwrap();
+        assert_eq!(*used as usize + 1, values.len());
+    }
 }

@@ -134,7 +134,15 @@ impl Journal {
             None => &mut self.ended,
         };
         let runs = 1;
-        merge(around, Ended { name, seconds, runs, inside });
+        merge(
+            around,
+            Ended {
+                name,
+                seconds,
+                runs,
+                inside,
+            },
+        );
     }
 
     fn times(&self) -> Vec<StageTime> {

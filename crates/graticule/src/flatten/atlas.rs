@@ -9,8 +9,8 @@ use super::seam_search::{SeamOptions, find_seam};
 use super::{Descent, FlattenError, NotAPatch, Patch};
 use crate::geometry::normalized;
 use crate::mesh::{
-    ComponentId, EdgeId, Element, HalfedgeId, PerCorner, PerEdge, Submesh, Surface, Topology,
-    cut_along, extract_component,
+    ComponentId, Components, EdgeId, Element, FaceId, HalfedgeId, PerCorner, PerEdge, Submesh,
+    Surface, Topology, cut_along,
 };
 use crate::watch::Watch;
 
@@ -93,9 +93,10 @@ pub fn lay_flat(
     for &edge in &options.uncut {
         draft.uncut[edge] = true;
     }
+    let mut parts = Components::new(&cut, &topology);
     for component in (0..topology.components.len()).map(ComponentId::from_index) {
         watch.check()?;
-        draft.add(&cut, &topology, component, watch)?;
+        draft.add(&mut parts, &topology, component, watch)?;
     }
     draft.finish(watch)
 }
@@ -122,20 +123,20 @@ impl Draft<'_> {
     /// Lays one component down.
     fn add(
         &mut self,
-        cut: &Surface,
+        parts: &mut Components<'_>,
         topology: &Topology,
         component: ComponentId,
         watch: &Watch,
     ) -> Result<(), FlattenError> {
-        let Ok(part) = extract_component(cut, topology, component) else {
-            self.add_point(topology, component, watch);
+        let Ok(part) = parts.extract(component) else {
+            self.add_point(parts.faces(component), topology, component, watch);
             return Ok(());
         };
         let opened = self.opened(&part, watch)?;
         let chart = match Patch::new(opened, watch) {
             Ok(patch) => chart(&patch, &self.options.injective, watch)?,
             Err(NotAPatch::NoArea) => {
-                self.add_point(topology, component, watch);
+                self.add_point(parts.faces(component), topology, component, watch);
                 return Ok(());
             }
             Err(reason) => {
@@ -167,16 +168,18 @@ impl Draft<'_> {
     }
 
     /// Lays a component without area into one point.
-    fn add_point(&mut self, topology: &Topology, component: ComponentId, watch: &Watch) {
+    fn add_point(
+        &mut self,
+        faces: &[FaceId],
+        topology: &Topology,
+        component: ComponentId,
+        watch: &Watch,
+    ) {
         let message = format!("{component} has no area: it is laid into one point");
         watch.warn("component-without-area", message);
         let first = self.place_count;
         self.place_count += 1;
-        let faces = topology
-            .face_components
-            .enumerate()
-            .filter(|&(_, c)| *c == component);
-        for corner in faces.flat_map(|(face, _)| face.halfedges()) {
+        for corner in faces.iter().flat_map(|face| face.halfedges()) {
             self.corners[corner] = first;
         }
         let counts = &topology.components[component];

@@ -15,9 +15,9 @@ use crate::watch::Watch;
 
 use super::conformal::{PinnedForm, PinnedSolution, Triangulation, largest};
 use super::domain::Domain;
+use super::energy::complex;
 use super::flat_map::MapDraft;
 use super::lanczos::{Krylov, Operator};
-use super::energy::complex;
 use super::natural::{farthest_pins, pinned_map};
 use super::{FlatMap, FlattenError, Method, Patch};
 

@@ -53,5 +53,7 @@ pub use soup::{Attributes, CornerAttribute, NO_VALUE, PolygonLabels, PolygonSoup
 pub use surface::Surface;
 pub use surface_point::SurfacePoint;
 pub(crate) use topology::find_components;
-pub use topology::{ComponentTopology, PerBoundaryLoop, Submesh, Topology, extract_component};
+pub use topology::{
+    ComponentTopology, Components, PerBoundaryLoop, Submesh, Topology, extract_component,
+};
 pub use triangle_mesh::TriangleMesh;
