@@ -103,7 +103,7 @@ fn run_once(
 }
 
 /// The rings of the bumpy patch, irregular and without symmetry, of about `vertices` vertices.
-fn rings(vertices: u32) -> u32 {
+pub(crate) fn rings(vertices: u32) -> u32 {
     // A disk of r rings has 3r² + 3r + 1 vertices.
     let found = (1..20_000).find(|r| 3 * r * r + 3 * r >= vertices);
     found.unwrap_or(20_000)

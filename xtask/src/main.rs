@@ -5,6 +5,7 @@
 mod bench;
 mod corpus;
 mod gallery;
+mod growth;
 mod layers;
 mod papers;
 mod picture;
@@ -45,6 +46,8 @@ enum Chore {
     Corpus(corpus::Options),
     /// Measure a command on patches of growing size and print the tables of `BENCHMARKS.md`.
     Bench(bench::Options),
+    /// Measure how the methods of flattening grow, for `BENCHMARKS.md`.
+    Growth(growth::Options),
     /// Make Table I of PGP06 anew, from the models of a folder.
     Table1(table1::Options),
     /// Make the gallery of the papers' figures anew.
@@ -73,6 +76,7 @@ fn run(chore: &Chore) -> Result<String, Trouble> {
         Chore::Papers => papers::check(&root),
         Chore::Corpus(options) => corpus::run(&root, options),
         Chore::Bench(options) => bench::run(&root, options),
+        Chore::Growth(options) => growth::run(&root, options),
         Chore::Table1(options) => table1::run(&root, options),
         Chore::Gallery => gallery::run(&root),
         Chore::Picture => picture::run(&root),

@@ -20,6 +20,7 @@ pub(crate) struct Report {
     pub(crate) measure: Value,
     warnings: Vec<Warning>,
     times: Vec<StageTime>,
+    processor_seconds: Option<f64>,
     peak_memory_bytes: Option<u64>,
 }
 
@@ -37,6 +38,7 @@ impl Report {
             measure: Value::Null,
             warnings: Vec::new(),
             times: Vec::new(),
+            processor_seconds: None,
             peak_memory_bytes: None,
         }
     }
@@ -54,6 +56,7 @@ impl Report {
     pub(crate) fn into_json(mut self, watch: &Watch) -> Result<String, Failure> {
         self.warnings = watch.warnings();
         self.times = watch.stage_times();
+        self.processor_seconds = processor_seconds();
         self.peak_memory_bytes = peak_memory_bytes();
         let mut text = serde_json::to_string_pretty(&self).map_err(|error| not_json(&error))?;
         text.push('\n');
@@ -72,6 +75,19 @@ fn not_json(error: &serde_json::Error) -> Failure {
         "this is a fault of graticule: please report it with the command and the file",
     )
 }
+
+/// The processor time of all threads so far, where the system tells (Linux).
+fn processor_seconds() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/stat").ok()?;
+    // The program's name, in brackets, may hold anything; the state follows it.
+    let (_, fields) = status.rsplit_once(')')?;
+    let mut fields = fields.split_whitespace().skip(11);
+    let [user, system]: [f64; 2] = [fields.next()?.parse().ok()?, fields.next()?.parse().ok()?];
+    Some((user + system) / TICKS_PER_SECOND)
+}
+
+/// The unit of times that Linux tells to programs, whatever it uses itself.
+const TICKS_PER_SECOND: f64 = 100.0;
 
 /// The most memory that this process has held at once, where the system tells (Linux).
 fn peak_memory_bytes() -> Option<u64> {

@@ -399,6 +399,17 @@ pub const WIDEST_TURN_READ: f64 = 0.499;
 /// Moving and scaling the coordinates, or writing ten digits of them, turns flatter triangles over.
 pub const FLATTENED_HEIGHT: f64 = 1e-9;
 
+/// Similarity of a triangle to its image, 1 for a similar one and 0 for a collapsed one, below which
+/// an optimised boundary is kept from squeezing it further.
+///
+/// Triangles three times as bad are seldom wanted; those better than this cost nothing.
+pub const GUARDED_SHAPE: f64 = 0.1;
+
+/// Weight of what keeps triangles from being squeezed, beside a mean over edges or triangles.
+///
+/// Small enough to leave minima where they are to two digits.
+pub const GUARD_WEIGHT: f64 = 1e-2;
+
 /// Distance of two maps, over their extent, up to which they count as one.
 ///
 /// Ten times what solves of ill-conditioned patches leave; combining maps that differ by less would

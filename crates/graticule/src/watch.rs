@@ -49,7 +49,7 @@ impl fmt::Display for Warning {
     }
 }
 
-/// Time spent in one named stage.
+/// Time spent in one named stage, or in all of this name within the same stage around them.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct StageTime {
     /// Name of the stage, as given to [`Watch::stage`].
@@ -58,6 +58,8 @@ pub struct StageTime {
     pub seconds: f64,
     /// Number of stages around this one.
     pub depth: usize,
+    /// How many stages these are the seconds of.
+    pub runs: usize,
 }
 
 /// What a listener hears.
@@ -89,8 +91,93 @@ type Listener = Arc<dyn Fn(&Event<'_>) + Send + Sync>;
 #[derive(Default)]
 struct Journal {
     warnings: Vec<Warning>,
-    stages: Vec<StageTime>,
-    open: usize,
+    /// Stages that ended inside no other one.
+    ended: Vec<Ended>,
+    /// Stages that have not ended, outermost first.
+    open: Vec<Open>,
+    begun: usize,
+}
+
+/// A stage that has not ended.
+struct Open {
+    number: usize,
+    inside: Vec<Ended>,
+}
+
+/// Stages of one name that have ended, each a run; what ran inside them is merged likewise, so that
+/// a journal is as long as there are different stages, however often they run.
+struct Ended {
+    name: &'static str,
+    seconds: f64,
+    runs: usize,
+    inside: Vec<Ended>,
+}
+
+impl Journal {
+    fn begin(&mut self) -> (usize, usize) {
+        let (number, depth) = (self.begun, self.open.len());
+        self.begun += 1;
+        self.open.push(Open {
+            number,
+            inside: Vec::new(),
+        });
+        (number, depth)
+    }
+
+    fn end(&mut self, number: usize, name: &'static str, seconds: f64) {
+        // Stages of several threads need not end in the order they began.
+        let place = self.open.iter().rposition(|open| open.number == number);
+        let Some(place) = place else { return };
+        let Open { inside, .. } = self.open.remove(place);
+        let around = match place.checked_sub(1) {
+            Some(outer) => &mut self.open[outer].inside,
+            None => &mut self.ended,
+        };
+        let runs = 1;
+        merge(
+            around,
+            Ended {
+                name,
+                seconds,
+                runs,
+                inside,
+            },
+        );
+    }
+
+    fn times(&self) -> Vec<StageTime> {
+        let mut times = Vec::new();
+        list(&self.ended, 0, &mut times);
+        for (depth, open) in self.open.iter().enumerate() {
+            list(&open.inside, depth + 1, &mut times);
+        }
+        times
+    }
+}
+
+fn merge(stages: &mut Vec<Ended>, stage: Ended) {
+    let Some(same) = stages.iter_mut().find(|other| other.name == stage.name) else {
+        stages.push(stage);
+        return;
+    };
+    same.seconds += stage.seconds;
+    same.runs += stage.runs;
+    for inner in stage.inside {
+        merge(&mut same.inside, inner);
+    }
+}
+
+/// Lists stages after those inside them.
+fn list(stages: &[Ended], depth: usize, times: &mut Vec<StageTime>) {
+    for stage in stages {
+        list(&stage.inside, depth + 1, times);
+        times.push(StageTime {
+            name: stage.name,
+            seconds: stage.seconds,
+            depth,
+            runs: stage.runs,
+        });
+    }
 }
 
 /// The observer of a running computation. See the [module](self).
@@ -159,13 +246,11 @@ impl Watch {
     #[must_use = "the stage ends when the guard is dropped"]
     pub fn stage(&self, name: &'static str) -> Stage<'_> {
         self.tell(&Event::StageBegan(name));
-        let depth = self.with_journal(|journal| {
-            journal.open += 1;
-            journal.open - 1
-        });
+        let (number, depth) = self.with_journal(Journal::begin);
         Stage {
             watch: self,
             name,
+            number,
             depth,
             start: Instant::now(),
         }
@@ -192,10 +277,11 @@ impl Watch {
         self.with_journal(|journal| journal.warnings.clone())
     }
 
-    /// The stages that have ended so far, in the order they ended.
+    /// The stages that have ended so far, each after those inside it, else in the order of their
+    /// first ends; those of one name inside one stage, or inside several of one name, are one entry.
     #[must_use]
     pub fn stage_times(&self) -> Vec<StageTime> {
-        self.with_journal(|journal| journal.stages.clone())
+        self.with_journal(|journal| journal.times())
     }
 
     fn tell(&self, event: &Event<'_>) {
@@ -205,7 +291,7 @@ impl Watch {
     }
 
     fn with_journal<T>(&self, action: impl FnOnce(&mut Journal) -> T) -> T {
-        // A panic of another holder cannot leave the journal half-written: every action is one push.
+        // A panic of another holder leaves no more than a stage out.
         action(&mut self.journal.lock().unwrap_or_else(PoisonError::into_inner))
     }
 }
@@ -224,6 +310,7 @@ impl fmt::Debug for Watch {
 pub struct Stage<'a> {
     watch: &'a Watch,
     name: &'static str,
+    number: usize,
     depth: usize,
     start: Instant,
 }
@@ -235,12 +322,11 @@ impl Drop for Stage<'_> {
             name: self.name,
             seconds,
             depth: self.depth,
+            runs: 1,
         };
         self.watch.tell(&Event::StageEnded(&time));
-        self.watch.with_journal(|journal| {
-            journal.open -= 1;
-            journal.stages.push(time);
-        });
+        self.watch
+            .with_journal(|journal| journal.end(self.number, self.name, seconds));
     }
 }
 
@@ -261,6 +347,43 @@ mod tests {
             .map(|s| (s.name, s.depth))
             .collect();
         assert_eq!(ended, [("inner", 1), ("outer", 0)]);
+    }
+
+    #[test]
+    fn stages_that_run_often_are_told_once() {
+        let watch = Watch::new();
+        for island in 0..1000 {
+            let _map = watch.stage("map");
+            let _start = watch.stage("start");
+            drop(watch.stage("factor"));
+            if island % 2 == 0 {
+                drop(watch.stage("again"));
+            }
+        }
+        let _open = watch.stage("write");
+        drop(watch.stage("factor"));
+        let times = watch.stage_times();
+        let told: Vec<_> = times.iter().map(|s| (s.name, s.depth, s.runs)).collect();
+        let expected = [
+            ("factor", 2, 1000),
+            ("again", 2, 500),
+            ("start", 1, 1000),
+            ("map", 0, 1000),
+            ("factor", 1, 1),
+        ];
+        assert_eq!(told, expected);
+        let [start, map] = [times[2].seconds, times[3].seconds];
+        assert!(0.0 < start && start <= map, "{start} {map}");
+    }
+
+    #[test]
+    fn stages_that_end_out_of_order_are_all_told() {
+        let watch = Watch::new();
+        let [first, second] = [watch.stage("first"), watch.stage("second")];
+        drop(first);
+        drop(second);
+        let names: Vec<_> = watch.stage_times().iter().map(|s| s.name).collect();
+        assert_eq!(names, ["first", "second"]);
     }
 
     #[test]

@@ -49,6 +49,7 @@ fn the_report_on_standard_output_is_alone_there() {
             "measure",
             "warnings",
             "times",
+            "processor_seconds",
             "peak_memory_bytes",
         ];
         assert_eq!(keys, expected, "{words}");

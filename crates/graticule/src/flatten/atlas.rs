@@ -9,8 +9,8 @@ use super::seam_search::{SeamOptions, find_seam};
 use super::{Descent, FlattenError, NotAPatch, Patch};
 use crate::geometry::normalized;
 use crate::mesh::{
-    ComponentId, EdgeId, Element, HalfedgeId, PerCorner, PerEdge, Submesh, Surface, Topology,
-    cut_along, extract_component,
+    ComponentId, Components, EdgeId, Element, FaceId, HalfedgeId, PerCorner, PerEdge, Submesh,
+    Surface, Topology, cut_along,
 };
 use crate::watch::Watch;
 
@@ -88,13 +88,15 @@ pub fn lay_flat(
         surface,
         options,
         charts: Vec::new(),
+        place_count: 0,
     };
     for &edge in &options.uncut {
         draft.uncut[edge] = true;
     }
+    let mut parts = Components::new(&cut, &topology);
     for component in (0..topology.components.len()).map(ComponentId::from_index) {
         watch.check()?;
-        draft.add(&cut, &topology, component, watch)?;
+        draft.add(&mut parts, &topology, component, watch)?;
     }
     draft.finish(watch)
 }
@@ -111,6 +113,8 @@ struct Draft<'a> {
     options: &'a AtlasOptions,
     uncut: PerEdge<bool>,
     charts: Vec<Chart>,
+    /// Places of all charts.
+    place_count: u32,
     /// The place of each corner among those of all charts.
     corners: PerCorner<u32>,
 }
@@ -119,27 +123,28 @@ impl Draft<'_> {
     /// Lays one component down.
     fn add(
         &mut self,
-        cut: &Surface,
+        parts: &mut Components<'_>,
         topology: &Topology,
         component: ComponentId,
         watch: &Watch,
     ) -> Result<(), FlattenError> {
-        let Ok(part) = extract_component(cut, topology, component) else {
-            self.add_point(topology, component, watch);
+        let Ok(part) = parts.extract(component) else {
+            self.add_point(parts.faces(component), topology, component, watch);
             return Ok(());
         };
         let opened = self.opened(&part, watch)?;
         let chart = match Patch::new(opened, watch) {
             Ok(patch) => chart(&patch, &self.options.injective, watch)?,
             Err(NotAPatch::NoArea) => {
-                self.add_point(topology, component, watch);
+                self.add_point(parts.faces(component), topology, component, watch);
                 return Ok(());
             }
             Err(reason) => {
                 return Err(FlattenError::Component { component, reason });
             }
         };
-        let first = self.place_count();
+        let first = self.place_count;
+        self.place_count += chart.places.len() as u32;
         for (face, triangle) in chart.triangles.iter().enumerate() {
             for (side, vertex) in triangle.iter().enumerate() {
                 let corner = HalfedgeId::from_index(3 * face + side);
@@ -163,15 +168,18 @@ impl Draft<'_> {
     }
 
     /// Lays a component without area into one point.
-    fn add_point(&mut self, topology: &Topology, component: ComponentId, watch: &Watch) {
+    fn add_point(
+        &mut self,
+        faces: &[FaceId],
+        topology: &Topology,
+        component: ComponentId,
+        watch: &Watch,
+    ) {
         let message = format!("{component} has no area: it is laid into one point");
         watch.warn("component-without-area", message);
-        let first = self.place_count();
-        let faces = topology
-            .face_components
-            .enumerate()
-            .filter(|&(_, c)| *c == component);
-        for corner in faces.flat_map(|(face, _)| face.halfedges()) {
+        let first = self.place_count;
+        self.place_count += 1;
+        for corner in faces.iter().flat_map(|face| face.halfedges()) {
             self.corners[corner] = first;
         }
         let counts = &topology.components[component];
@@ -196,13 +204,6 @@ impl Draft<'_> {
             self.corners[side] != self.corners[twin.next()]
                 || self.corners[side.next()] != self.corners[twin]
         })
-    }
-
-    fn place_count(&self) -> u32 {
-        self.charts
-            .iter()
-            .map(|chart| chart.places.len() as u32)
-            .sum()
     }
 
     fn finish(self, watch: &Watch) -> Result<Atlas, FlattenError> {

@@ -24,6 +24,7 @@ use super::fixed::Extended;
 use super::functional::Measured;
 use super::limited_memory::LimitedMemory;
 use super::optimal::in_own_unit;
+use super::shape_guard::ShapeGuard;
 use super::{
     BoundaryPositions, FixedOptions, FixedSystem, FlatMap, FlattenError, Functional, MapEnergy,
     Method, Patch,
@@ -65,7 +66,8 @@ impl Default for BoundaryOptimalOptions {
 pub struct DescentStep {
     /// The functional.
     pub value: f64,
-    /// Length of its gradient by all boundary coordinates, in inverse unit lengths of the patch.
+    /// Length of the gradient, by all boundary coordinates, of what is lowered, in inverse unit
+    /// lengths of the patch.
     pub gradient: f64,
     /// Share of the quasi-Newton step that was taken to come here; 0 for the start.
     pub step: f64,
@@ -91,7 +93,9 @@ pub struct BoundaryOptimalMap {
 /// `start` scaled to the area of the patch ([DMA02] §5.2).
 ///
 /// Each step lowers the functional, and none turns over a triangle that was not so before, by exact
-/// signs. Parts of the boundary may come to overlap; `measure` tells.
+/// signs. To functionals that would let triangles collapse a small barrier is added, which keeps the
+/// descent from ending at the first that it squeezes flat. Parts of the boundary may come to overlap;
+/// `measure` tells.
 ///
 /// A warning (`descent-unfinished`) tells if the last step allowed comes before rest, another
 /// (`flipped-left-out`) how many triangles were left out.
@@ -136,12 +140,47 @@ pub fn boundary_optimal_map(
     })
 }
 
+/// What a descent lowers.
+struct Aim<'a> {
+    measured: Measured<'a>,
+    /// For functionals that would let triangles collapse.
+    guard: Option<ShapeGuard>,
+}
+
+/// A value of it.
+#[derive(Clone, Copy)]
+struct Value {
+    functional: f64,
+    /// With what the guard adds.
+    whole: f64,
+}
+
+impl Aim<'_> {
+    fn value(&self, positions: &[DVec2]) -> Value {
+        let functional = self.measured.value(positions);
+        let guard = self.guard.as_ref();
+        let added = guard.map_or(0.0, |guard| guard.value(positions));
+        Value {
+            functional,
+            whole: functional + added,
+        }
+    }
+
+    fn gradient(&self, positions: &[DVec2]) -> Vec<DVec2> {
+        let (_, mut gradient) = self.measured.gradient(positions);
+        if let Some(guard) = &self.guard {
+            guard.add_gradient(positions, &mut gradient);
+        }
+        gradient
+    }
+}
+
 struct Descent<'a> {
     system: &'a FixedSystem,
-    measured: Measured<'a>,
+    aim: Aim<'a>,
     metric: BoundaryMetric,
     state: Extended,
-    value: f64,
+    value: Value,
     /// By the places of the fixed vertices.
     gradient: Vec<DVec2>,
     history: Vec<DescentStep>,
@@ -167,32 +206,33 @@ impl<'a> Descent<'a> {
             );
             watch.warn("flipped-left-out", message);
         }
+        let guard =
+            (!functional.is_barrier()).then(|| ShapeGuard::new(&measured, &state.positions[..own]));
+        let aim = Aim { measured, guard };
         let mut descent = Self {
             metric: BoundaryMetric::new(system, watch)?,
             system,
-            measured,
+            value: aim.value(&state.positions),
+            aim,
             state,
-            value: f64::INFINITY,
             gradient: Vec::new(),
             history: Vec::new(),
             left_out,
         };
-        descent.evaluate(0.0)?;
-        if !descent.value.is_finite() {
+        if !descent.value.whole.is_finite() {
             return Err(FlattenError::NoFiniteValue { functional });
         }
+        descent.evaluate(0.0)?;
         Ok(descent)
     }
 
     /// Computes value and gradient where the descent stands, and notes them.
     fn evaluate(&mut self, step: f64) -> Result<(), FlattenError> {
-        let (value, by_positions) = self.measured.gradient(&self.state.positions);
-        self.value = value;
-        if value.is_finite() {
-            self.gradient = self.system.pull_back(&by_positions)?;
-        }
+        let positions = &self.state.positions;
+        self.value = self.aim.value(positions);
+        self.gradient = self.system.pull_back(&self.aim.gradient(positions))?;
         self.history.push(DescentStep {
-            value,
+            value: self.value.functional,
             gradient: dot(&self.gradient, &self.gradient).sqrt(),
             step,
         });
@@ -214,7 +254,7 @@ impl<'a> Descent<'a> {
                 memory = LimitedMemory::default();
                 continue;
             };
-            let gained = accepted.before - self.value;
+            let gained = accepted.before - self.value.whole;
             resting = if gained <= DESCENT_AT_REST * accepted.before {
                 resting + 1
             } else {
@@ -239,7 +279,7 @@ impl<'a> Descent<'a> {
         let Some((length, positions)) = self.search(&moved.positions, slope) else {
             return Ok(None);
         };
-        let before = self.value;
+        let before = self.value.whole;
         let old_gradient = std::mem::take(&mut self.gradient);
         self.state.positions = positions;
         self.state.residual = self.state.residual.max(moved.residual);
@@ -261,9 +301,10 @@ impl<'a> Descent<'a> {
         let mut best = None;
         for _ in 0..MOST_TRIALS {
             let positions = along(from, way, length);
-            let value = self.measured.value(&positions);
-            let falls = value <= self.value + SUFFICIENT_DECREASE * length * slope;
-            if !falls || value >= self.value || flips_anew(mesh, from, &positions) {
+            let value = self.aim.value(&positions);
+            let enough = self.value.whole + SUFFICIENT_DECREASE * length * slope;
+            let falls = value.whole <= enough && value.functional < self.value.functional;
+            if !falls || flips_anew(mesh, from, &positions) {
                 high = length;
             } else {
                 let steep = self.slope(&positions, way) < REMAINING_SLOPE * slope;
@@ -283,7 +324,7 @@ impl<'a> Descent<'a> {
     }
 
     fn slope(&self, positions: &[DVec2], way: &[DVec2]) -> f64 {
-        dot(&self.measured.gradient(positions).1, way)
+        dot(&self.aim.gradient(positions), way)
     }
 }
 

@@ -226,7 +226,7 @@ impl<'a> Measured<'a> {
 }
 
 /// The derivative of the determinant by the rows of the matrix.
-fn cofactor(jacobian: &Jacobian2) -> [DVec2; 2] {
+pub(super) fn cofactor(jacobian: &Jacobian2) -> [DVec2; 2] {
     let [u, v] = jacobian.gradients();
     [DVec2::new(v.y, -v.x), DVec2::new(-u.y, u.x)]
 }

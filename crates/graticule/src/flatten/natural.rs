@@ -91,7 +91,7 @@ pub fn natural_map(
 
 /// The map of least conformal energy with two vertices at these places: from the factored form, or
 /// where that has lost its digits from the triangles' equations themselves.
-fn pinned_map(
+pub(super) fn pinned_map(
     patch: &Patch,
     domain: &Domain,
     pins: [(VertexId, c64); 2],

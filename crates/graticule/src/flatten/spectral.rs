@@ -13,11 +13,12 @@ use crate::solve::SolveError;
 use crate::tolerance::{EIGENVECTOR, ROUNDING, THIN_AREA};
 use crate::watch::Watch;
 
-use super::conformal::{PinnedForm, Triangulation, largest};
+use super::conformal::{PinnedForm, PinnedSolution, Triangulation, largest};
 use super::domain::Domain;
+use super::energy::complex;
 use super::flat_map::MapDraft;
 use super::lanczos::{Krylov, Operator};
-use super::natural::farthest_pins;
+use super::natural::{farthest_pins, pinned_map};
 use super::{FlatMap, FlattenError, Method, Patch};
 
 /// The spectral conformal map of a patch: free boundary, no pins, holes free too.
@@ -28,6 +29,10 @@ use super::{FlatMap, FlattenError, Method, Patch};
 ///
 /// Cost: one sparse complex factorisation as for the natural map, and some ten to thirty solves.
 ///
+/// A patch so thin that the form has lost the digits of its eigenvectors is laid down with the two
+/// pins, which a warning (`pins-for-thin-patch`) tells: the farther its ends are apart, the less
+/// the maps differ.
+///
 /// # Errors
 /// [`FlattenError::Solve`] where the factorisation fails or the iteration does not converge.
 pub fn spectral_map(
@@ -36,16 +41,24 @@ pub fn spectral_map(
     watch: &Watch,
 ) -> Result<FlatMap, FlattenError> {
     let _stage = watch.stage("spectral conformal map");
-    let pins = farthest_pins(patch, watch)?.map(|(vertex, _)| vertex);
+    let pins = farthest_pins(patch, watch)?;
     let domain = Domain::conformal(patch, triangulation, watch)?;
-    let inverse = InverseForm::new(patch, &domain, pins, watch)
-        .map_err(|error| thin_patch_told(error, patch))?;
-    let eigenvector = {
-        let _stage = watch.stage("eigenvector");
-        Krylov::from(inverse.start()).largest_eigenvector(&inverse, EIGENVECTOR)?
+    let solved = least_map(patch, &domain, pins.map(|(vertex, _)| vertex), watch);
+    let PinnedSolution {
+        positions,
+        residual,
+    } = match solved.map_err(|error| thin_patch_told(error, patch)) {
+        Err(FlattenError::TooThin { area }) => {
+            let message = format!(
+                "the patch is too thin for the eigenvector, its area {area:.1e} of its squared \
+                 extent: laid down with two pins instead"
+            );
+            watch.warn("pins-for-thin-patch", message);
+            let places = pins.map(|(vertex, place)| (vertex, complex(place)));
+            pinned_map(patch, &domain, places, watch)?
+        }
+        solved => solved?,
     };
-    let (mut positions, residual) = inverse.refined(&eigenvector)?;
-    turn_upright(&mut positions, pins);
     let intrinsic_flips = domain.intrinsic_flips(&positions);
     let draft = MapDraft {
         positions,
@@ -55,6 +68,26 @@ pub fn spectral_map(
         intrinsic_flips,
     };
     draft.scaled_to_patch(patch)?.finish(patch, watch)
+}
+
+/// The eigenvector, turned so that the pins lie as those of the natural map.
+fn least_map(
+    patch: &Patch,
+    domain: &Domain,
+    pins: [VertexId; 2],
+    watch: &Watch,
+) -> Result<PinnedSolution, FlattenError> {
+    let inverse = InverseForm::new(patch, domain, pins, watch)?;
+    let eigenvector = {
+        let _stage = watch.stage("eigenvector");
+        Krylov::from(inverse.start()).largest_eigenvector(&inverse, EIGENVECTOR)?
+    };
+    let (mut positions, residual) = inverse.refined(&eigenvector)?;
+    turn_upright(&mut positions, pins);
+    Ok(PinnedSolution {
+        positions,
+        residual,
+    })
 }
 
 /// Names thinness as the reason where it is.

@@ -43,7 +43,7 @@ pub use id::{BoundaryLoopId, ComponentId, EdgeId, FaceId, HalfedgeId, VertexId};
 pub use list::ElementList;
 pub(crate) use measures::{largest_of, length};
 pub(crate) use point_tree::PointTree;
-pub use polygon::triangulate_polygon;
+pub use polygon::{fan_apex, triangulate_polygon};
 pub(crate) use polygon_connectivity::PolygonConnectivity;
 pub use refine::{Refinement, refine, refined_count};
 pub use repair::{
@@ -53,5 +53,7 @@ pub use soup::{Attributes, CornerAttribute, NO_VALUE, PolygonLabels, PolygonSoup
 pub use surface::Surface;
 pub use surface_point::SurfacePoint;
 pub(crate) use topology::find_components;
-pub use topology::{ComponentTopology, PerBoundaryLoop, Submesh, Topology, extract_component};
+pub use topology::{
+    ComponentTopology, Components, PerBoundaryLoop, Submesh, Topology, extract_component,
+};
 pub use triangle_mesh::TriangleMesh;

@@ -40,6 +40,28 @@ impl From<&Surface> for PolygonSoup {
     }
 }
 
+impl PolygonSoup {
+    /// Makes corner `first` of a polygon, counted from 0 within it, its first one, with what the
+    /// corners hold; the polygon itself and its sense stay.
+    ///
+    /// # Panics
+    /// If the polygon has no such corner.
+    pub fn begin_polygon_at(&mut self, polygon: usize, first: usize) {
+        let range = self.polygons.corner_range(polygon);
+        self.polygons.corners[range.clone()].rotate_left(first);
+        let sets = self.attributes.uv_sets.iter_mut();
+        let normals = self.attributes.normals.iter_mut();
+        let values = sets
+            .map(|set| &mut set.corner_values)
+            .chain(normals.map(|set| &mut set.corner_values));
+        for corner_values in values {
+            if let Some(own) = corner_values.get_mut(range.clone()) {
+                own.rotate_left(first);
+            }
+        }
+    }
+}
+
 /// Polygons in one array: polygon `p` owns the corners `starts[p]..starts[p + 1]`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Polygons {
@@ -207,6 +229,33 @@ mod tests {
         assert_eq!(polygons.vertices(1), [2, 1, 3, 4]);
         assert_eq!(polygons.corner_range(2), 7..8);
         assert_eq!(polygons.corner_count(), 8);
+    }
+
+    #[test]
+    fn a_polygon_begins_elsewhere_with_all_that_its_corners_hold() {
+        let polygons: Polygons = [&[0, 1, 2][..], &[2, 1, 3, 4]].into_iter().collect();
+        let mut soup = PolygonSoup {
+            polygons,
+            ..PolygonSoup::default()
+        };
+        let set = |corner_values: &[u32]| CornerAttribute {
+            corner_values: corner_values.to_vec(),
+            ..CornerAttribute::default()
+        };
+        soup.attributes.uv_sets = vec![set(&[0, 1, 2, 3, 4, 5, 6]), set(&[])];
+        let normals = set(&[9, 9, 9, 5, 6, 7, 8]);
+        soup.attributes.normals = Some(CornerAttribute {
+            corner_values: normals.corner_values,
+            ..CornerAttribute::default()
+        });
+        soup.begin_polygon_at(1, 3);
+        assert_eq!(soup.polygons.vertices(0), [0, 1, 2]);
+        assert_eq!(soup.polygons.vertices(1), [4, 2, 1, 3]);
+        let uvs = &soup.attributes.uv_sets;
+        assert_eq!(uvs[0].corner_values, [0, 1, 2, 6, 3, 4, 5]);
+        assert!(uvs[1].corner_values.is_empty());
+        let normals = soup.attributes.normals.unwrap();
+        assert_eq!(normals.corner_values, [9, 9, 9, 8, 5, 6, 7]);
     }
 
     #[test]

@@ -2,7 +2,7 @@ use serde::Serialize;
 
 use super::disjoint_sets::{DisjointSets, number_names};
 use super::{
-    BoundaryLoopId, ComponentId, CornerTable, FaceId, HalfedgeId, PerComponent, PerCorner,
+    BoundaryLoopId, ComponentId, CornerTable, Element, FaceId, HalfedgeId, PerComponent, PerCorner,
     PerElement, PerFace, PerVertex, Surface, TriangleMesh, VertexId,
 };
 
@@ -169,18 +169,84 @@ pub fn extract_component(
     topology: &Topology,
     component: ComponentId,
 ) -> Result<Submesh, super::MeshError> {
+    let faces = surface.mesh().faces();
+    let own = faces.filter(|&face| topology.face_components[face] == component);
+    let mut numbers = PerVertex::filled(surface.mesh().vertex_count(), u32::MAX);
+    submesh(surface, own.collect(), &mut numbers)
+}
+
+/// Takes components out of a surface one after another, any number of them: all together in linear
+/// time.
+#[derive(Clone, Debug)]
+pub struct Components<'a> {
+    surface: &'a Surface,
+    /// The triangles of component `c` are `faces[starts[c]..starts[c + 1]]`, ascending.
+    starts: Vec<u32>,
+    faces: Vec<FaceId>,
+    numbers: PerVertex<u32>,
+}
+
+impl<'a> Components<'a> {
+    /// The components of a surface.
+    ///
+    /// # Panics
+    /// If `topology` is not that of the surface.
+    #[must_use]
+    pub fn new(surface: &'a Surface, topology: &Topology) -> Self {
+        let mesh = surface.mesh();
+        let mut faces: Vec<FaceId> = mesh.faces().collect();
+        faces.sort_by_key(|&face| topology.face_components[face]);
+        let mut starts = vec![0; topology.components.len() + 1];
+        for component in topology.face_components.iter() {
+            starts[component.index() + 1] += 1;
+        }
+        for component in 0..topology.components.len() {
+            starts[component + 1] += starts[component];
+        }
+        Self {
+            numbers: PerVertex::filled(mesh.vertex_count(), u32::MAX),
+            surface,
+            starts,
+            faces,
+        }
+    }
+
+    /// The triangles of a component, ascending.
+    ///
+    /// # Panics
+    /// If there is no such component.
+    #[must_use]
+    pub fn faces(&self, component: ComponentId) -> &[FaceId] {
+        let [start, end] = [0, 1].map(|next| self.starts[component.index() + next] as usize);
+        &self.faces[start..end]
+    }
+
+    /// One component, as [`extract_component`] takes it out.
+    ///
+    /// # Panics
+    /// If there is no such component.
+    ///
+    /// # Errors
+    /// As [`extract_component`].
+    pub fn extract(&mut self, component: ComponentId) -> Result<Submesh, super::MeshError> {
+        let faces = self.faces(component).to_vec();
+        submesh(self.surface, faces, &mut self.numbers)
+    }
+}
+
+/// These triangles, whose vertices no others have, as a surface; `numbers` is scratch.
+fn submesh(
+    surface: &Surface,
+    face_sources: Vec<FaceId>,
+    numbers: &mut PerVertex<u32>,
+) -> Result<Submesh, super::MeshError> {
     let mesh = surface.mesh();
-    let face_sources: Vec<_> = mesh
-        .faces()
-        .filter(|&face| topology.face_components[face] == component)
-        .collect();
     let mut vertex_sources: Vec<_> = face_sources
         .iter()
         .flat_map(|&face| mesh.triangle(face))
         .collect();
     vertex_sources.sort_unstable();
     vertex_sources.dedup();
-    let mut numbers = PerVertex::filled(mesh.vertex_count(), u32::MAX);
     for (number, &vertex) in (0_u32..).zip(&vertex_sources) {
         numbers[vertex] = number;
     }
@@ -239,6 +305,14 @@ mod tests {
             assert_eq!(topology.components.len(), 2);
             let smaller = ComponentId(1 - topology.largest_component().0);
             let part = extract_component(&surface, &topology, smaller).unwrap();
+            let mut components = Components::new(&surface, &topology);
+            let larger = components.extract(ComponentId(1 - smaller.0)).unwrap();
+            assert_eq!(
+                larger.surface.mesh().face_count() + 12,
+                surface.mesh().face_count()
+            );
+            assert_eq!(components.faces(smaller), part.face_sources.as_slice());
+            assert_eq!(components.extract(smaller).unwrap(), part);
             let own = Topology::of(part.surface.mesh());
             assert_eq!(own.total, topology.components[smaller]);
             assert_eq!(own.total.faces, 12);

@@ -327,6 +327,21 @@ fn a_flat_patch_on_a_circle_finds_back_to_itself() {
 }
 
 #[test]
+fn squeezed_triangles_do_not_end_the_descent() {
+    // The circle squeezes the ends of a strip; edge lengths let triangles collapse there.
+    let patch = patch(&grid(6.0, 1.0, 24, 4));
+    let options = BoundaryOptimalOptions {
+        functional: Functional::EdgeLength,
+        most_steps: 1000,
+        ..BoundaryOptimalOptions::default()
+    };
+    let found = boundary_optimal_map(&patch, &circle(&patch), &options, &Watch::new()).unwrap();
+    let values: Vec<f64> = found.history.iter().map(|step| step.value).collect();
+    assert!(values.windows(2).all(|pair| pair[1] < pair[0]));
+    assert!(values[values.len() - 1] < 1e-2 * values[0], "{values:?}");
+}
+
+#[test]
 fn a_folded_start_is_told_and_left_out() {
     let patch = patch(&irregular_disk(4, 6));
     let mut noise = Noise::new(3);

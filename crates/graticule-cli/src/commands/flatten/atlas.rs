@@ -1,16 +1,16 @@
 //! A whole surface laid flat without flips: `--injective`, `--no-overlap`, `--cut`.
 
 use glam::DVec2;
-use graticule::flatten::{Atlas, AtlasOptions, lay_flat};
+use graticule::flatten::{Atlas, AtlasOptions, hold_rounding, lay_flat};
 use graticule::geometry::dihedral_angles;
 use graticule::mesh::{EdgeId, HalfedgeId, NO_VALUE, PerCorner, PolygonSoup, Repaired, Surface};
 use serde_json::{Value, json};
 
-use super::Judged;
 use super::atlas_options::{AtlasArguments, SeamArgument};
 use super::method::is_diagonal;
 use super::options::{Options, Scale};
 use super::piece::component_of;
+use super::{Judged, put_into};
 use crate::failure::Failure;
 use crate::lines::Lines;
 use crate::mesh_input::Input;
@@ -39,8 +39,14 @@ pub(super) fn run(
     };
     // What is measured is what the file will hold.
     let format = options.paths.output()?.format();
-    let stored = |&place: &DVec2| format.stored_uv(place * scale);
-    let places: Vec<DVec2> = atlas.places.iter().map(stored).collect();
+    let mut places: Vec<DVec2> = atlas.places.iter().map(|&place| place * scale).collect();
+    let triangles = triangles_of(&atlas.corners);
+    let lost = hold_rounding(&triangles, &mut places, |place| format.stored_uv(place));
+    if lost > 0 {
+        let message =
+            format!("in single precision {lost} triangles of the map are flipped or gone");
+        session.watch.warn("lost-in-single-precision", message);
+    }
     outcome.report.result = to_report(&atlas, &part)?;
     let corners = atlas.corners.map(|&place| places[place as usize]);
     let judged = Judged::at_corners(&part.surface, corners, session)?;
@@ -50,8 +56,17 @@ pub(super) fn run(
         None => None,
     };
     let whole = part.on_whole(repaired, &atlas.corners);
-    outcome.mesh = Some(uvs::put_at_corners(input.soup, repaired, places, &whole));
+    let soup = uvs::put_at_corners(input.soup, repaired, places, &whole);
+    put_into(outcome, soup);
     Ok(picture)
+}
+
+/// The corners' values, triangle by triangle.
+fn triangles_of(corners: &PerCorner<u32>) -> Vec<[u32; 3]> {
+    let triples = corners.as_slice().chunks_exact(3);
+    triples
+        .map(|triple| [triple[0], triple[1], triple[2]])
+        .collect()
 }
 
 /// The surface to be laid flat: all components, or one.

@@ -12,7 +12,7 @@ mod told;
 use glam::DVec2;
 use graticule::flatten::FlatMap;
 use graticule::measure::{MapMeasure, corner_uvs, measure_map};
-use graticule::mesh::{NO_VALUE, PerCorner, Surface};
+use graticule::mesh::{NO_VALUE, PerCorner, PolygonSoup, Surface};
 use graticule::watch::Watch;
 use graticule_draw::Picture;
 use serde_json::{Value, json};
@@ -99,9 +99,17 @@ pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {
             piece.vertex(vertex).map_or(NO_VALUE, |vertex| vertex.0)
         }),
     };
-    outcome.mesh = Some(soup);
+    put_into(&mut outcome, soup);
     outcome.ascii = input.ascii;
     plan.finish(session, outcome)
+}
+
+/// Puts the mesh into the outcome, its polygons such that a fan from the first corner turns none of
+/// its triangles over in the map, as far as there is one.
+fn put_into(outcome: &mut Outcome, mut soup: PolygonSoup) {
+    let turned = uvs::begin_polygons_for_fans(&mut soup);
+    outcome.report.result["polygons_begun_elsewhere"] = turned.into();
+    outcome.mesh = Some(soup);
 }
 
 /// A map with its measure.

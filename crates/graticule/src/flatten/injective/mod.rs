@@ -39,6 +39,7 @@ use crate::watch::Watch;
 pub use convex::convex_map;
 pub use energy::DistortionEnergy;
 pub use newton::{Descent, NewtonStep};
+pub(super) use objective::is_upright;
 
 /// How a map without flips is made.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

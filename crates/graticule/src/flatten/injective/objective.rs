@@ -149,7 +149,7 @@ fn tip_first([a, b, c]: [u32; 3], [p, q, r]: [DVec2; 3]) -> [u32; 3] {
 }
 
 /// Whether the corners turn counter-clockwise. Exact.
-pub(super) fn is_upright(corners: [DVec2; 3]) -> bool {
+pub(in crate::flatten) fn is_upright(corners: [DVec2; 3]) -> bool {
     let [a, b, c] = corners.map(|p| Coord { x: p.x, y: p.y });
     orient2d(a, b, c) > 0.0
 }

@@ -2,8 +2,8 @@
 //!
 //! Each island is turned into its rectangle of least area, drawn on a grid with every cell that it
 //! or its margin touches, and put, largest first, where the square around all grows least, in the
-//! best of four quarter turns. Islands go into each other's bays; a single one is turned to fit into
-//! the smallest square. No scale is changed: what has the
+//! best of four quarter turns. Islands go into each other's bays; one that is longer than the square
+//! need be is turned to fit into the smallest. No scale is changed: what has the
 //! same size on the surface has it in the plane.
 
 mod mask;
@@ -82,22 +82,62 @@ pub fn pack(
     watch: &Watch,
 ) -> Result<Packing, Stopped> {
     let _stage = watch.stage("pack islands");
-    let turned: Vec<Turned> = match islands {
-        [only] => vec![Turned::new(least_square(only.places))],
-        _ => islands
-            .iter()
-            .map(|island| Turned::new(least_rectangle(island.places)))
-            .collect(),
+    let upright: Vec<Turned> = islands
+        .iter()
+        .map(|island| Turned::new(least_rectangle(island.places)))
+        .collect();
+    let fitting = total_area(&upright).sqrt();
+    let is_long = |island: &Turned| island.size.max_element() >= fitting;
+    if !upright.iter().any(is_long) {
+        return put_all(islands, &upright, options, watch);
+    }
+    // An island longer than a square for all need be takes a smaller one on the slant, but may then
+    // be in the way of others.
+    let slanted: Vec<Turned> = upright
+        .iter()
+        .zip(islands)
+        .map(|(turned, island)| {
+            if is_long(turned) {
+                Turned::new(least_square(island.places))
+            } else {
+                *turned
+            }
+        })
+        .collect();
+    let slanted = put_all(islands, &slanted, options, watch)?;
+    let upright = match islands.len() {
+        1 => return Ok(slanted),
+        _ => put_all(islands, &upright, options, watch)?,
     };
-    let area: f64 = turned
+    Ok(if slanted.side < upright.side {
+        slanted
+    } else {
+        upright
+    })
+}
+
+fn total_area(turned: &[Turned]) -> f64 {
+    turned
         .iter()
         .map(|island| island.size.x * island.size.y)
-        .sum();
+        .sum()
+}
+
+/// Puts the islands, turned so or by a quarter, largest first.
+fn put_all(
+    islands: &[IslandShape<'_>],
+    turned: &[Turned],
+    options: &PackingOptions,
+    watch: &Watch,
+) -> Result<Packing, Stopped> {
     let longest = turned
         .iter()
         .map(|island| island.size.max_element())
         .fold(0.0, f64::max);
-    let side = area.sqrt().max(longest).max(f64::MIN_POSITIVE);
+    let side = total_area(turned)
+        .sqrt()
+        .max(longest)
+        .max(f64::MIN_POSITIVE);
     let cell = side / f64::from(options.resolution.max(8));
     let margin = options.margin.max(0.0) * side;
     let mut order: Vec<usize> = (0..islands.len()).collect();
@@ -126,7 +166,8 @@ pub fn pack(
     })
 }
 
-/// An island in its rectangle of least area, lower left corner at the origin.
+/// An island in its rectangle of least area or square, lower left corner at the origin.
+#[derive(Clone, Copy)]
 struct Turned {
     rotation: DVec2,
     low: DVec2,
@@ -216,6 +257,21 @@ mod tests {
         assert!(low.length() < 1e-12);
         assert!(high.max_element() < 1.01 * 8.0_f64.sqrt());
         assert!(side < 1.02 * high.max_element());
+    }
+
+    #[test]
+    fn an_island_longer_than_the_square_need_be_lies_on_the_slant() {
+        let options = PackingOptions {
+            margin: 0.0,
+            ..PackingOptions::default()
+        };
+        let long = rectangle(10.0, 1.0, 0.3);
+        let (_, side) = packed(&[long, rectangle(1.0, 1.0, 0.0)], &options);
+        assert!(side < 1.02 * 11.0 / 2.0_f64.sqrt(), "{side}");
+        // Two such are better laid side by side.
+        let strips = [rectangle(3.0, 1.0, 0.3), rectangle(3.0, 1.0, 0.8)];
+        let (_, side) = packed(&strips, &options);
+        assert!(side < 3.05, "{side}");
     }
 
     #[test]

@@ -5,6 +5,7 @@
 //! corners keeps the cost near n log n. Then diagonals are exchanged while that raises the worse
 //! of the two triangles beside them, as in Lawson's algorithm.
 
+mod apex;
 mod ears;
 mod exchange;
 
@@ -12,6 +13,8 @@ use glam::{DVec2, DVec3};
 use robust::{Coord, orient2d};
 
 use crate::tolerance;
+
+pub use apex::fan_apex;
 
 /// Cuts a polygon in space into triangles, as indices into `positions`; the triangles turn the
 /// same way as the polygon and every corner belongs to one.
