@@ -129,6 +129,16 @@ impl Watch {
         self.cancel.clone()
     }
 
+    /// A watch that stops when this one does, with stages and warnings of its own: for one of many
+    /// small parts.
+    pub(crate) fn of_part(&self) -> Self {
+        Self {
+            cancel: self.cancel.clone(),
+            deadline: self.deadline,
+            ..Self::default()
+        }
+    }
+
     /// Asks whether to go on. Cheap: call it at least every few milliseconds of work.
     ///
     /// # Errors

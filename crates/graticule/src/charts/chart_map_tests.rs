@@ -206,6 +206,7 @@ fn relaxation_lowers_the_kink_across_seams_and_flips_nothing() {
     let kink = |rounds: u32| {
         let options = ChartMapOptions {
             relaxation_rounds: rounds,
+            improvement_steps: 0,
             ..ChartMapOptions::default()
         };
         let mut net = icosahedron_net(3);
@@ -473,19 +474,13 @@ fn a_texture_has_the_same_colours_at_the_same_points_of_the_surface() {
         height: 128,
         pixels: (0..128 * 128).map(pixel).collect(),
     };
-    let kind = TextureKind::Data;
     let source = SourceTexture {
         input: &input,
         uvs: &uvs,
         image: &image,
-        kind,
+        kind: TextureKind::Data,
     };
-    let options = TextureOptions {
-        resolution: 64,
-        bleed: 1,
-    };
-    let tiles = transfer_texture(&maps, &atlas, &source, &options, &Watch::new()).unwrap();
-    assert_eq!(tiles.len(), 1);
+    let tile = only_tile(&maps, &atlas, &source, 64);
     let mesh = maps.surface().mesh();
     for face in mesh.faces() {
         let corners = face.halfedges();
@@ -493,13 +488,27 @@ fn a_texture_has_the_same_colours_at_the_same_points_of_the_surface() {
         let [x, y] = (DVec2::new(middle.x, 1.0 - middle.y) * 64.0)
             .to_array()
             .map(|p| p as usize);
-        let found = tiles[0].pixels[y * 64 + x];
+        let found = tile.pixels[y * 64 + x];
         let point = maps.point_on_input(&input, face, [1.0 / 3.0; 3]).unwrap();
         let p = point.position(&input);
         for (part, expected) in found.iter().zip([p.x * 0.25 + 0.5, p.y * 0.25 + 0.5]) {
             assert!((f64::from(*part) - expected).abs() < 0.04, "{found:?} {p}");
         }
     }
+}
+
+fn only_tile(
+    maps: &ChartMaps,
+    atlas: &ChartAtlas,
+    source: &SourceTexture<'_>,
+    resolution: u32,
+) -> TextureImage {
+    let bleed = 1;
+    let options = TextureOptions { resolution, bleed };
+    let tiles = transfer_texture(maps, atlas, source, &options, &Watch::new()).unwrap();
+    <[TextureImage; 1]>::try_from(tiles)
+        .map(|[tile]| tile)
+        .unwrap()
 }
 
 #[test]
@@ -517,19 +526,14 @@ fn normals_along_the_surface_stay_so_and_turn_with_the_atlas() {
         height: 1,
         pixels: vec![[0.8, 0.5, 0.9, 1.0]],
     };
-    let kind = TextureKind::TangentNormals;
     let source = SourceTexture {
         input: &input,
         uvs: &uvs,
         image: &image,
-        kind,
+        kind: TextureKind::TangentNormals,
     };
-    let options = TextureOptions {
-        resolution: 32,
-        bleed: 0,
-    };
-    let tiles = transfer_texture(&maps, &atlas, &source, &options, &Watch::new()).unwrap();
-    let covered = tiles[0].pixels.iter().filter(|pixel| pixel[3] > 0.0);
+    let tile = only_tile(&maps, &atlas, &source, 32);
+    let covered = tile.pixels.iter().filter(|pixel| pixel[3] > 0.0);
     // The texture's first direction is the chart's second, backwards or not.
     let is_turned = |p: &&[f32; 4]| (p[0] - 0.5).abs() < 1e-4 && (p[1] - 0.5).abs() > 0.29;
     assert!(covered.clone().count() > 500 && covered.clone().all(|p| is_turned(&p)));

@@ -115,10 +115,10 @@ fn best_pivot(equation: &Form, rank: impl Fn(u32) -> u32) -> Option<u32> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
-    fn form(terms: &[(u32, i64)]) -> Form {
+    pub(in super::super) fn form(terms: &[(u32, i64)]) -> Form {
         let mut sum = Form::default();
         for &(column, value) in terms {
             sum.add(value, &Form::unknown(column));
