@@ -20,6 +20,9 @@ pub const UDIM_COLUMNS: u32 = 10;
 /// net without stretch have whole sizes.
 const CELLS: [f64; 2] = [0.25, 0.5];
 
+/// What sides of squares that keep the net may be multiples of, in its spacings.
+const NET_UNITS: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
+
 /// Most cells along the side of a tile.
 const MOST_CELLS: f64 = 2048.0;
 
@@ -199,14 +202,14 @@ fn snapped(size: DVec2) -> DVec2 {
     DVec2::new(side(size.x), side(size.y))
 }
 
-/// Squares at whole coordinates; in halves of a spacing if some squares have such sides.
+/// Squares at whole coordinates; in parts of a spacing if some squares have such sides.
 fn on_net(maps: &ChartMaps) -> Vec<Placement> {
     let is_whole = |x: f64| (x - x.round()).abs() < WHOLE_LENGTH;
-    let kept = maps.squares().iter().filter(|square| square.keeps_net);
-    let all_whole = kept
-        .clone()
-        .all(|s| is_whole(s.size.x) && is_whole(s.size.y));
-    let unit = if all_whole { 1.0 } else { 0.5 };
+    let fits = |unit: &f64| {
+        let mut kept = maps.squares().iter().filter(|square| square.keeps_net);
+        kept.all(|s| is_whole(s.size.x / unit) && is_whole(s.size.y / unit))
+    };
+    let unit = NET_UNITS.into_iter().find(fits).unwrap_or(1.0);
     let sizes: Vec<DVec2> = maps
         .squares()
         .iter()

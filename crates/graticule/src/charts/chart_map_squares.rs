@@ -130,7 +130,11 @@ impl<'a> Layouted<'a> {
                 let square = outlined.square(corners, *size, watch)?;
                 Ok(vec![square])
             }
-            PlannedShape::Split { corners, middles } => outlined.split(corners, middles, watch),
+            PlannedShape::Split {
+                corners,
+                middles,
+                side,
+            } => outlined.split([corners, middles], *side, watch),
         }
     }
 
@@ -447,11 +451,11 @@ impl OutlinedChart<'_> {
     /// The chart split from its centre to the middles of its sides, each part on a square.
     fn split(
         mut self,
-        corners: &[OutlinePlace],
-        middles: &[OutlinePlace],
+        corners_and_middles: [&[OutlinePlace]; 2],
+        side: f64,
         watch: &Watch,
     ) -> Result<Vec<MappedSquare>, ChartMapError> {
-        let [corners, middles] = [corners, middles].map(|places| self.corners(places));
+        let [corners, middles] = corners_and_middles.map(|places| self.corners(places));
         let sides = self.polygon_sides(&corners);
         let (places, _) = polygon_map(&mut self.disk, &sides, self.chart, watch)?;
         let ends: Vec<u32> = middles.iter().map(|&m| self.outline[m].vertex).collect();
@@ -466,6 +470,7 @@ impl OutlinedChart<'_> {
                 spokes: &spokes,
                 numbers: [sector, before],
                 border: [middles[before], corner, middles[sector]],
+                side,
             };
             let square = sector.square(made, watch)?;
             made = square.disk.made_count();
@@ -484,6 +489,8 @@ struct Sector<'a> {
     numbers: [usize; 2],
     /// Middle, corner and middle in the outline.
     border: [usize; 3],
+    /// Width and height in spacings of the net.
+    side: f64,
 }
 
 impl Sector<'_> {
@@ -524,7 +531,7 @@ impl Sector<'_> {
             disk,
             places,
             method,
-            size: DVec2::splat(0.5),
+            size: DVec2::splat(self.side),
         })
     }
 

@@ -22,7 +22,7 @@ use crate::session::Session;
 use crate::tables::measure_table;
 use crate::uvs;
 
-/// Squares of the checker along each side of a chart of the net, if it is in halves.
+/// Squares of the checker along each side of a chart of the net.
 const SQUARES_ON_NET: f64 = 8.0;
 
 /// The mesh as it was read, its surface, and the layout made from it.
@@ -172,7 +172,13 @@ impl Atlas {
     fn checker(&self) -> PerCorner<DVec2> {
         let placements = &self.packed.placements;
         if self.keeps_net {
-            return self.packed.corner_uv.map(|&uv| uv * (SQUARES_ON_NET / 2.0));
+            let squares = placements.iter().zip(self.maps.squares());
+            let spacings = squares.filter(|(_, square)| square.keeps_net);
+            let unit =
+                (spacings.map(|(placement, square)| square.size.x / placement.size.x)).last();
+            // Two at least: the pattern repeats at whole coordinates.
+            let count = (SQUARES_ON_NET * unit.unwrap_or(1.0)).round().max(2.0);
+            return self.packed.corner_uv.map(|&uv| uv * count);
         }
         let area: f64 = placements.iter().map(|p| p.size.x * p.size.y).sum();
         let net_area: f64 = (self.maps.squares().iter())
