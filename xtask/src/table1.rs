@@ -1,5 +1,6 @@
 //! Table I of `PGP06` made anew: `graticule parameterize` on the models of a folder, without and with
-//! curl correction, beside the figures that the paper prints.
+//! curl correction, beside the figures that the paper prints; and the same figures of the whole atlas
+//! that `graticule layout` makes, from which nothing is left out.
 
 use std::fmt::Write;
 use std::fs;
@@ -103,6 +104,19 @@ those of energy, minimisation, unrolling, refinement and untangling, and, after 
 |---|---:|---|---|---:|---:|---|---|---:|---:|---:|
 ";
 
+/// What stands above the table of atlases.
+const ATLAS_PREFACE: &str = "
+## The whole atlas
+
+`graticule layout` with its defaults: all charts laid on squares, those round singularities anew by mean value coordinates, and the
+squares packed. *Stretch*, *shear* and the symmetric Dirichlet energy (isometry 4) are over all triangles, nothing left out; *seams*
+is the length of all sides of squares over the root of the area. *Not regular* is the share of charts, and of the area, that the map
+makes no rectangles of. Seconds are those of field and map, and, after the plus sign, of all that makes an atlas of them.
+
+| Model | Charts | Not regular | Squares | Stretch | Shear | Symmetric Dirichlet | Flips | Seams | s |
+|---|---:|---|---:|---:|---:|---:|---:|---:|---:|
+";
+
 /// Runs the command on all models and returns, or writes, the table as Markdown.
 pub(crate) fn run(root: &Path, options: &Options) -> Result<String, Trouble> {
     let program = match &options.program {
@@ -110,6 +124,7 @@ pub(crate) fn run(root: &Path, options: &Options) -> Result<String, Trouble> {
         None => crate::build_release(root)?,
     };
     let mut text = PREFACE.to_owned();
+    let mut atlases = ATLAS_PREFACE.to_owned();
     for model in &MODELS {
         let path = options.folder.join(model.file);
         if !path.exists() {
@@ -117,11 +132,16 @@ pub(crate) fn run(root: &Path, options: &Options) -> Result<String, Trouble> {
             continue;
         }
         for (printed, is_corrected) in model.printed.iter().zip([false, true]) {
-            let report = parameterized(&program, &path, is_corrected, options.threads)?;
+            let more = is_corrected.then_some("--curl-correction");
+            let run = ["parameterize"].into_iter().chain(more);
+            let report = report_of(&program, run, &path, options.threads)?;
             text.push_str(&row(model, printed, is_corrected, &report));
         }
+        let report = report_of(&program, ["layout"], &path, options.threads)?;
+        atlases.push_str(&atlas_row(model, &report));
         eprintln!("{} measured", model.file);
     }
+    text.push_str(&atlases);
     match &options.output {
         Some(path) => {
             fs::write(path, &text).map_err(|error| Trouble::reading(path, &error))?;
@@ -132,23 +152,22 @@ pub(crate) fn run(root: &Path, options: &Options) -> Result<String, Trouble> {
 }
 
 /// The report of one run of the command.
-fn parameterized(
+fn report_of<'a>(
     program: &Path,
+    run: impl IntoIterator<Item = &'a str>,
     model: &Path,
-    is_corrected: bool,
     threads: u32,
 ) -> Result<Value, Trouble> {
     let folder = tempfile::tempdir().map_err(|error| Trouble(error.to_string()))?;
     let report = folder.path().join("report.json");
     let output = Command::new(program)
-        .arg("parameterize")
+        .args(run)
         .arg(model)
         .arg("--output")
         .arg(folder.path().join("out.obj"))
         .arg("--report")
         .arg(&report)
         .args(["--quiet", "--threads", &threads.to_string()])
-        .args(is_corrected.then_some("--curl-correction"))
         .output()
         .map_err(|error| Trouble::reading(program, &error))?;
     if !output.status.success() {
@@ -161,13 +180,7 @@ fn parameterized(
 
 fn row(model: &Model, printed: &Printed, is_corrected: bool, report: &Value) -> String {
     let result = &report["result"];
-    let number = |value: &Value| value.as_f64().unwrap_or(f64::NAN);
     let distortion = |key: &str| number(&result["distortion"][key]);
-    let seconds = |name: &str| {
-        let times = report["times"].as_array().map_or(&[][..], Vec::as_slice);
-        let found = times.iter().find(|time| time["name"] == name);
-        found.map_or(f64::NAN, |time| number(&time["seconds"]))
-    };
     let Printed(stretch, shear, time) = printed;
     let mut text = String::new();
     let _ = writeln!(
@@ -188,10 +201,50 @@ fn row(model: &Model, printed: &Printed, is_corrected: bool, report: &Value) -> 
         result["phase_singular_faces"],
         result["inverted_faces"],
         number(&result["field_deviation"]),
-        seconds("parameterization"),
-        seconds("field"),
+        seconds(report, "parameterization"),
+        seconds(report, "field"),
     );
     text
+}
+
+fn atlas_row(model: &Model, report: &Value) -> String {
+    let (result, distortion) = (&report["result"], &report["measure"]["distortion"]);
+    let atlas = &result["atlas"];
+    let map_time: f64 = ["field", "parameterization"]
+        .map(|name| seconds(report, name))
+        .iter()
+        .sum();
+    let whole: f64 = ["chart layout", "chart maps", "atlas"]
+        .map(|name| seconds(report, name))
+        .iter()
+        .sum();
+    format!(
+        "| {} ({}) | {} | {:.0} %, {:.0} % | {} | {:.3} | {:.3} | {:.2} | {} | {:.1} | {:.2} + {:.2} |\n",
+        model.file,
+        model.name,
+        result["charts"],
+        100.0 * number(&result["singular_share"]),
+        100.0 * number(&result["singular_area_share"]),
+        atlas["squares"],
+        number(&distortion["l2_stretch"]),
+        number(&distortion["shear_mean"]),
+        number(&distortion["symmetric_dirichlet"]),
+        atlas["flipped"],
+        number(&atlas["seam_length_over_root_of_area"]),
+        map_time,
+        whole - map_time,
+    )
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or(f64::NAN)
+}
+
+/// The seconds of a stage; NaN if there was none.
+fn seconds(report: &Value, name: &str) -> f64 {
+    let times = report["times"].as_array().map_or(&[][..], Vec::as_slice);
+    let found = times.iter().find(|time| time["name"] == name);
+    found.map_or(f64::NAN, |time| number(&time["seconds"]))
 }
 
 #[cfg(test)]
@@ -219,6 +272,36 @@ mod tests {
         assert_eq!(row.matches('|').count(), header.matches('|').count());
         assert!(
             row.contains("1.060 (1.07)") && row.contains("0.28 %: 46, 11, 0"),
+            "{row}"
+        );
+    }
+
+    #[test]
+    fn the_time_of_an_atlas_is_told_apart_from_that_of_its_map() {
+        let report = json!({
+            "result": {
+                "charts": 115, "singular_share": 0.12, "singular_area_share": 0.21,
+                "atlas": {"squares": 170, "flipped": 0, "seam_length_over_root_of_area": 23.54},
+            },
+            "measure": {"distortion": {
+                "l2_stretch": 1.1, "shear_mean": 0.14, "symmetric_dirichlet": 4.52,
+            }},
+            "times": [
+                {"name": "field", "seconds": 0.25}, {"name": "parameterization", "seconds": 0.5},
+                {"name": "chart layout", "seconds": 1.0}, {"name": "chart maps", "seconds": 0.25},
+                {"name": "atlas", "seconds": 0.125},
+            ],
+        });
+        let row = atlas_row(&MODELS[0], &report);
+        let mut headers = ATLAS_PREFACE
+            .lines()
+            .filter(|line| line.starts_with("| Model"));
+        assert_eq!(
+            row.matches('|').count(),
+            headers.next().unwrap().matches('|').count()
+        );
+        assert!(
+            row.contains("12 %, 21 %") && row.ends_with("| 0.75 + 0.62 |\n"),
             "{row}"
         );
     }

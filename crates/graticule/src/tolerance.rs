@@ -416,6 +416,10 @@ pub const GUARD_WEIGHT: f64 = 1e-2;
 /// only multiply rounding.
 pub const ONE_MAP: f64 = 1e-10;
 
+/// Share of the energy of a chart on its square that a step promises to gain for the descent to go on:
+/// a tenth of what is seen in a texture.
+pub const CHART_GAIN: f64 = 1e-3;
+
 /// Area of a cell of the net over that of the polygon round it above which the cell is cut up.
 ///
 /// A half sphere has 2: the end of a round limb is shown well enough by its rim. A finger that sticks

@@ -228,6 +228,14 @@ impl Watch {
         }
     }
 
+    /// The same without a listener: for one of many small parts.
+    pub(crate) fn quiet_part(&self) -> Self {
+        Self {
+            listener: None,
+            ..self.part()
+        }
+    }
+
     /// Asks whether to go on. Cheap: call it at least every few milliseconds of work.
     ///
     /// # Errors

@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use super::SquareId;
 use super::atlas_packing::{Cell, pack_cells};
+use super::atlas_sizes::sizes_in_space;
 use super::chart_map::ChartMaps;
 use crate::Hint;
 use crate::measure::orientation;
@@ -14,6 +15,13 @@ use crate::watch::{Stopped, Watch};
 
 /// Tiles in a row of the UDIM numbering.
 pub const UDIM_COLUMNS: u32 = 10;
+
+/// Least and largest side of a cell of a tile in spacings of the net: parts of it, so that charts of a
+/// net without stretch have whole sizes.
+const CELLS: [f64; 2] = [0.25, 0.5];
+
+/// What sides of squares that keep the net may be multiples of, in its spacings.
+const NET_UNITS: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
 
 /// Most cells along the side of a tile.
 const MOST_CELLS: f64 = 2048.0;
@@ -131,9 +139,8 @@ pub struct ChartAtlas {
 
 /// Lays the squares of a surface side by side.
 ///
-/// A square gets as many cells of the tile as it has halves of a spacing of the net along each side, so
-/// that the density of texels is about the same everywhere; tiles fill up but for the padding and the
-/// last row.
+/// A square gets as many cells of the tile as its rectangle in space is long and wide, with four to a
+/// spacing of the net, so that the density of texels is about the same everywhere.
 ///
 /// Cost: linear in the triangles, and in cells times different sizes of squares.
 ///
@@ -195,14 +202,14 @@ fn snapped(size: DVec2) -> DVec2 {
     DVec2::new(side(size.x), side(size.y))
 }
 
-/// Squares at whole coordinates; in halves of a spacing if some squares have such sides.
+/// Squares at whole coordinates; in parts of a spacing if some squares have such sides.
 fn on_net(maps: &ChartMaps) -> Vec<Placement> {
     let is_whole = |x: f64| (x - x.round()).abs() < WHOLE_LENGTH;
-    let kept = maps.squares().iter().filter(|square| square.keeps_net);
-    let all_whole = kept
-        .clone()
-        .all(|s| is_whole(s.size.x) && is_whole(s.size.y));
-    let unit = if all_whole { 1.0 } else { 0.5 };
+    let fits = |unit: &f64| {
+        let mut kept = maps.squares().iter().filter(|square| square.keeps_net);
+        kept.all(|s| is_whole(s.size.x / unit) && is_whole(s.size.y / unit))
+    };
+    let unit = NET_UNITS.into_iter().find(fits).unwrap_or(1.0);
     let sizes: Vec<DVec2> = maps
         .squares()
         .iter()
@@ -244,18 +251,19 @@ impl Tile {
                 value: 0.0,
             });
         }
-        let areas = maps
-            .squares()
-            .iter()
-            .map(|square| square.size.x * square.size.y);
-        let net_area: f64 = areas.sum();
-        // Half a spacing, but for surfaces of very many or very large charts.
-        let unit = (0.5_f64).max(net_area.sqrt() / MOST_CELLS);
-        let cells = maps
-            .squares()
-            .iter()
-            .map(|square| Cell::near(square.size / unit));
-        let area = crate::geometry::total_area(&crate::geometry::face_shapes(maps.surface()));
+        let sizes = sizes_in_space(maps);
+        let area: f64 = sizes.iter().map(|size| size.x * size.y).sum();
+        let net_area: f64 = (maps.squares().iter())
+            .map(|square| square.size.x * square.size.y)
+            .sum();
+        // Larger cells where most texels would go to the padding, or there would be too many.
+        let padded = 2.0 * f64::from(padding) / f64::from(resolution);
+        let wanted = net_area.sqrt() * padded;
+        let cell = wanted
+            .clamp(CELLS[0], CELLS[1])
+            .max(net_area.sqrt() / MOST_CELLS);
+        let unit = cell * (area / net_area).sqrt();
+        let cells = sizes.iter().map(|&size| Cell::near(size / unit));
         let cells: Vec<Cell> = cells.collect();
         let count: u64 = cells.iter().map(|cell| cell.area()).sum();
         Ok(Self {

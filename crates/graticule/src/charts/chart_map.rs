@@ -85,14 +85,27 @@ impl Hint for ChartMapError {
 }
 
 /// How charts are laid onto squares.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ChartMapOptions {
     /// Keep the lengths of the net along all arcs, so that one pattern repeated over all squares
     /// shows no seam: charts of other outlines than a rectangle are split at each whole length.
     pub keep_net: bool,
+    /// Steps, at most, by which each square without the net's coordinates goes from mean value
+    /// coordinates down to less distortion, its border staying; 0 for mean value coordinates.
+    pub improvement_steps: u32,
     /// Rounds of relaxation across the borders of charts that do not have the net's coordinates
     /// (Khodakovsky et al. 2003).
     pub relaxation_rounds: u32,
+}
+
+impl Default for ChartMapOptions {
+    fn default() -> Self {
+        Self {
+            keep_net: false,
+            improvement_steps: 20,
+            relaxation_rounds: 0,
+        }
+    }
 }
 
 /// A chart of the layout, or a part of one, on a rectangle.
@@ -182,7 +195,7 @@ pub struct ChartMapCounts {
 /// Lays each chart of a layout of `input` onto a square.
 ///
 /// Charts that the net makes rectangles of keep its coordinates; others with four sides get mean
-/// value coordinates, with places on the border that both sides of an arc share: the net's where one
+/// value coordinates, from which the symmetric Dirichlet energy is lowered, with places on the border that both sides of an arc share: the net's where one
 /// side has some, else by length. Charts with another number of sides are split first, from the centre
 /// to the middles of the sides ([PGP06] §3.4): along lines that are straight on a regular polygon,
 /// so that they stay inside and meet nowhere else. A T-junction is a place on a side of the one square and
@@ -208,7 +221,7 @@ pub fn chart_maps(
     let mut arcs = parameterize_arcs(layout);
     let plans = plan_charts(layout, &mut arcs, options.keep_net);
     let shared = finish_arcs(&mut arcs, layout);
-    let layouted = Layouted::new(input, layout, &arcs);
+    let layouted = Layouted::new(input, layout, &arcs, options.improvement_steps);
     let squares = plans.par_iter().enumerate().map(|(index, plan)| {
         watch.check()?;
         layouted.squares(ChartId::from_index(index), plan, watch)

@@ -6,9 +6,14 @@ use serde::Serialize;
 use super::ChartId;
 use super::chart_map::ChartMapError;
 use super::split_mesh::ChartDisk;
-use crate::flatten::{BoundaryPositions, FixedOptions, Patch, Weights, convex_map, fixed_map};
+use crate::flatten::{
+    BoundaryFreedom, BoundaryPositions, FixedOptions, InjectiveOptions, Patch, Weights, convex_map,
+    fixed_map, improve_map,
+};
+use crate::geometry::{face_shapes, total_area};
 use crate::measure::orientation;
-use crate::mesh::{Surface, VertexId};
+use crate::mesh::{PerVertex, Surface, VertexId};
+use crate::tolerance::CHART_GAIN;
 use crate::watch::Watch;
 
 /// How the coordinates of a chart were found.
@@ -43,10 +48,82 @@ pub(super) fn polygon_map(
     chart: ChartId,
     watch: &Watch,
 ) -> Result<(Vec<DVec2>, ChartMethod), ChartMapError> {
+    let (_, places, method) = laid_down(disk, sides, chart, watch)?;
+    Ok((places, method))
+}
+
+/// The same on the unit square, and then, with the border where it is, down to less distortion in as
+/// many steps.
+///
+/// What counts is the symmetric Dirichlet energy of the map onto the rectangle with the chart's area
+/// and the ratio of its sides. The first map stays where the descent finds nothing better in double
+/// precision.
+pub(super) fn square_map(
+    disk: &mut ChartDisk,
+    sides: &[PolygonSide],
+    chart: ChartId,
+    steps: u32,
+    watch: &Watch,
+) -> Result<(Vec<DVec2>, ChartMethod), ChartMapError> {
+    let (patch, places, method) = laid_down(disk, sides, chart, watch)?;
+    if steps == 0 {
+        return Ok((places, method));
+    }
+    let size = rectangle_size(&patch, sides);
+    let uv = PerVertex::new(places.iter().map(|&place| place * size).collect());
+    let options = InjectiveOptions {
+        least_gain: CHART_GAIN,
+        iterations: steps as usize,
+        ..InjectiveOptions::default()
+    };
+    let fixed = BoundaryFreedom::Fixed;
+    let improved = improve_map(&patch, &uv, fixed, &options, &watch.quiet_part());
+    watch.check()?;
+    let improved = improved.ok().map(|improved| {
+        let found = improved.map.uv.iter().map(|&place| place / size);
+        let border = sides.iter().flatten().copied().collect::<Vec<_>>();
+        with_border(found.collect(), &border)
+    });
+    match improved.filter(|improved| is_upright(&disk.triangles, improved)) {
+        Some(improved) => Ok((improved, method)),
+        None => Ok((places, method)),
+    }
+}
+
+/// The sides of the rectangle of a patch's area that are in the ratio of its four sides.
+fn rectangle_size(patch: &Patch, sides: &[PolygonSide]) -> DVec2 {
+    let surface = patch.surface();
+    let at = |&(vertex, _): &(u32, DVec2)| surface.position(VertexId(vertex));
+    let length = |side: usize| -> f64 {
+        let end = sides[(side + 1) % sides.len()].first();
+        let places: Vec<_> = sides[side].iter().chain(end).map(at).collect();
+        places
+            .windows(2)
+            .map(|ends| ends[0].distance(ends[1]))
+            .sum()
+    };
+    let ratio = (length(0) + length(2)) / (length(1) + length(3));
+    rectangle(total_area(&face_shapes(surface)), ratio)
+}
+
+/// The rectangle of an area with its width so many times its height; a square where that is no number.
+pub(super) fn rectangle(area: f64, ratio: f64) -> DVec2 {
+    let root = ratio.sqrt();
+    let ratio = if root.is_normal() { root } else { 1.0 };
+    DVec2::new(ratio, 1.0 / ratio) * area.sqrt()
+}
+
+/// The patch, its map, and how it was found.
+fn laid_down(
+    disk: &mut ChartDisk,
+    sides: &[PolygonSide],
+    chart: ChartId,
+    watch: &Watch,
+) -> Result<(Patch, Vec<DVec2>, ChartMethod), ChartMapError> {
     split_dividing_edges(disk, sides);
     let surface = Surface::from_triangles(disk.positions.clone(), &disk.triangles)?;
     // Stages and warnings of single charts are of no interest: charts are counted by method.
-    let quiet = Watch::new();
+    let quiet = watch.quiet_part();
     watch.check()?;
     let patch = Patch::new(surface, &quiet)
         .map_err(|reason| ChartMapError::of_chart(chart, reason.into()))?;
@@ -66,17 +143,15 @@ pub(super) fn polygon_map(
         if let Ok(map) = fixed_map(&patch, &border, &options, &quiet) {
             let uvs = with_border(map.uv.into_vec(), &places);
             if is_upright(&disk.triangles, &uvs) {
-                return Ok((uvs, method));
+                return Ok((patch, uvs, method));
             }
         }
         watch.check()?;
     }
     let map = convex_map(&patch, &border, &quiet)
         .map_err(|reason| ChartMapError::of_chart(chart, reason))?;
-    Ok((
-        with_border(map.into_vec(), &places),
-        ChartMethod::CoarseToFine,
-    ))
+    let uvs = with_border(map.into_vec(), &places);
+    Ok((patch, uvs, ChartMethod::CoarseToFine))
 }
 
 /// Whether every triangle is laid down counter-clockwise. Exact.

@@ -4,7 +4,7 @@ use glam::DVec2;
 
 use super::chart_map::{ChartMapError, SeamKey};
 use super::chart_map_polygon::{
-    ChartMethod, PolygonSide, corner_places, is_upright, polygon_map, sides_along,
+    ChartMethod, PolygonSide, corner_places, is_upright, polygon_map, sides_along, square_map,
 };
 use super::split::{ChartPlan, PlannedShape};
 use super::split_arcs::{
@@ -50,6 +50,8 @@ pub(super) struct Layouted<'a> {
     pub(super) faces: Vec<Vec<FaceId>>,
     /// The number of each triangle within its chart.
     pub(super) numbers: PerFace<u32>,
+    /// Steps to less distortion, at most, for each square without the net's coordinates.
+    steps: u32,
 }
 
 /// A vertex on the outline of a chart.
@@ -66,6 +68,8 @@ struct OutlineVertex {
 /// Triangles of one chart with the vertices of its outline.
 struct OutlinedChart<'a> {
     chart: ChartId,
+    /// Steps to less distortion, at most, for each square without the net's coordinates.
+    steps: u32,
     plan: &'a ChartPlan,
     disk: ChartDisk,
     outline: Vec<OutlineVertex>,
@@ -77,6 +81,7 @@ impl<'a> Layouted<'a> {
         input: &'a Surface,
         layout: &'a ChartLayout,
         arcs: &'a [ParameterizedArc],
+        steps: u32,
     ) -> Self {
         let mut faces = vec![Vec::new(); layout.charts().len()];
         let numbers = layout.chart_of().enumerate().map(|(face, chart)| {
@@ -91,6 +96,7 @@ impl<'a> Layouted<'a> {
             arcs,
             faces,
             numbers,
+            steps,
         }
     }
 
@@ -105,6 +111,7 @@ impl<'a> Layouted<'a> {
         let outline = self.outline(&mut disk, chart, plan)?;
         let outlined = OutlinedChart {
             chart,
+            steps: self.steps,
             plan,
             disk,
             outline,
@@ -123,7 +130,11 @@ impl<'a> Layouted<'a> {
                 let square = outlined.square(corners, *size, watch)?;
                 Ok(vec![square])
             }
-            PlannedShape::Split { corners, middles } => outlined.split(corners, middles, watch),
+            PlannedShape::Split {
+                corners,
+                middles,
+                side,
+            } => outlined.split([corners, middles], *side, watch),
         }
     }
 
@@ -426,7 +437,8 @@ impl OutlinedChart<'_> {
     ) -> Result<MappedSquare, ChartMapError> {
         let numbers = self.corners(corners);
         let sides = self.polygon_sides(&numbers);
-        let (places, method) = polygon_map(&mut self.disk, &sides, self.chart, watch)?;
+        let steps = self.steps;
+        let (places, method) = square_map(&mut self.disk, &sides, self.chart, steps, watch)?;
         Ok(MappedSquare {
             sides: self.side_pieces(&numbers),
             disk: self.disk,
@@ -439,15 +451,15 @@ impl OutlinedChart<'_> {
     /// The chart split from its centre to the middles of its sides, each part on a square.
     fn split(
         mut self,
-        corners: &[OutlinePlace],
-        middles: &[OutlinePlace],
+        corners_and_middles: [&[OutlinePlace]; 2],
+        side: f64,
         watch: &Watch,
     ) -> Result<Vec<MappedSquare>, ChartMapError> {
-        let [corners, middles] = [corners, middles].map(|places| self.corners(places));
+        let [corners, middles] = corners_and_middles.map(|places| self.corners(places));
         let sides = self.polygon_sides(&corners);
-        let (mut places, _) = polygon_map(&mut self.disk, &sides, self.chart, watch)?;
+        let (places, _) = polygon_map(&mut self.disk, &sides, self.chart, watch)?;
         let ends: Vec<u32> = middles.iter().map(|&m| self.outline[m].vertex).collect();
-        let spokes = cut_spokes(&mut self.disk, &mut places, &ends)
+        let spokes = cut_spokes(&mut self.disk, &places, &ends)
             .ok_or(ChartMapError::Spokes { chart: self.chart })?;
         let mut made = self.disk.made_count();
         let mut squares = Vec::new();
@@ -458,6 +470,7 @@ impl OutlinedChart<'_> {
                 spokes: &spokes,
                 numbers: [sector, before],
                 border: [middles[before], corner, middles[sector]],
+                side,
             };
             let square = sector.square(made, watch)?;
             made = square.disk.made_count();
@@ -476,6 +489,8 @@ struct Sector<'a> {
     numbers: [usize; 2],
     /// Middle, corner and middle in the outline.
     border: [usize; 3],
+    /// Width and height in spacings of the net.
+    side: f64,
 }
 
 impl Sector<'_> {
@@ -495,7 +510,8 @@ impl Sector<'_> {
         let back = in_part(self.chart.shares(before, corner));
         let open = [&ahead, &inward, &outward, &back].map(|side| side[..side.len() - 1].to_vec());
         let polygon = sides_along(&corner_places(4), &open);
-        let (places, method) = polygon_map(&mut disk, &polygon, self.chart.chart, watch)?;
+        let OutlinedChart { chart, steps, .. } = *self.chart;
+        let (places, method) = square_map(&mut disk, &polygon, chart, steps, watch)?;
         let border = |from, to| -> Vec<SidePiece> {
             let mut pieces = self.chart.pieces(from, to);
             for piece in &mut pieces {
@@ -515,7 +531,7 @@ impl Sector<'_> {
             disk,
             places,
             method,
-            size: DVec2::splat(0.5),
+            size: DVec2::splat(self.side),
         })
     }
 

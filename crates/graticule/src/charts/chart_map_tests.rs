@@ -6,7 +6,7 @@ use graticule_fixtures::icosphere;
 use super::layout_examples::{cube_net, torus_net};
 use super::*;
 use crate::geometry::{face_areas, face_shapes};
-use crate::measure::orientation;
+use crate::measure::{measure_map, orientation};
 use crate::mesh::{
     Element, FaceId, PerCorner, PerEdge, PerFace, PerVertex, Surface, SurfacePoint, Topology,
 };
@@ -206,6 +206,7 @@ fn relaxation_lowers_the_kink_across_seams_and_flips_nothing() {
     let kink = |rounds: u32| {
         let options = ChartMapOptions {
             relaxation_rounds: rounds,
+            improvement_steps: 0,
             ..ChartMapOptions::default()
         };
         let mut net = icosahedron_net(3);
@@ -249,20 +250,7 @@ fn relaxation_lowers_the_kink_across_seams_and_flips_nothing() {
 fn a_chart_with_a_deep_finger_has_no_flip() {
     // One face of a cube grows a finger three thousand times as long as it is wide: rounding
     // leaves its tip no room in a square.
-    let mut net = cube_with_singularities(28);
-    let grown = |p: DVec3| {
-        let place = DVec2::new(p.x, p.y).abs().max_element();
-        if p.z < 1.0 || place > 0.9 {
-            p
-        } else {
-            finger(p, place)
-        }
-    };
-    let moved = net.surface.positions().map(|&p| grown(p));
-    net.surface = Surface::new(net.surface.shared_mesh(), moved).unwrap();
-    for corner in 0..net.coordinates.len() {
-        net.coordinates[crate::mesh::HalfedgeId::from_index(corner)] = None;
-    }
+    let net = cube_with_finger(28, 0.002, 12.0);
     let watch = Watch::new();
     let input = net.surface.clone();
     let layout = ChartLayout::new(net).unwrap();
@@ -272,12 +260,39 @@ fn a_chart_with_a_deep_finger_has_no_flip() {
     assert_eq!(watch.warnings()[0].code, "chart-map-fallback");
 }
 
-/// A place on top of a cube moved onto a finger of the width 0.004.
-fn finger(p: DVec3, place: f64) -> DVec3 {
-    let inner = 0.002_f64;
-    let height = 1.0 + 12.0 * (0.9 - place) / 0.9;
-    let across = DVec2::new(p.x, p.y) / place.max(1e-9) * inner.min(place);
-    across.extend(height)
+/// A cube without coordinates, on one face of which stands a finger of half this width.
+fn cube_with_finger(cells: u32, inner: f64, length: f64) -> EmbeddedNet {
+    let mut net = cube_net(cells);
+    let grown = |&p: &DVec3| {
+        let across = DVec2::new(p.x, p.y);
+        let place = across.abs().max_element();
+        if p.z < 1.0 || place > 0.9 {
+            return p;
+        }
+        let height = 1.0 + length * (0.9 - place) / 0.9;
+        (across / place.max(1e-9) * inner.min(place)).extend(height)
+    };
+    let moved = net.surface.positions().map(grown);
+    net.surface = Surface::new(net.surface.shared_mesh(), moved).unwrap();
+    net.coordinates = PerCorner::filled(net.coordinates.len(), None);
+    net
+}
+
+#[test]
+fn a_finger_is_less_distorted_after_a_descent() {
+    let energy = |steps: u32| {
+        let options = ChartMapOptions {
+            improvement_steps: steps,
+            ..ChartMapOptions::default()
+        };
+        let (input, _, maps) = maps(cube_with_finger(12, 0.3, 2.0), options);
+        check(&input, &maps);
+        let atlas = chart_atlas(&maps, &Arrangement::default(), &Watch::new()).unwrap();
+        let measure = measure_map(maps.surface(), &atlas.corner_uv, &Watch::new()).unwrap();
+        measure.distortion.unwrap().symmetric_dirichlet.unwrap()
+    };
+    let [plain, improved] = [0, 20].map(energy);
+    assert!(improved < 0.8 * plain, "{improved} {plain}");
 }
 
 #[test]
@@ -473,19 +488,13 @@ fn a_texture_has_the_same_colours_at_the_same_points_of_the_surface() {
         height: 128,
         pixels: (0..128 * 128).map(pixel).collect(),
     };
-    let kind = TextureKind::Data;
     let source = SourceTexture {
         input: &input,
         uvs: &uvs,
         image: &image,
-        kind,
+        kind: TextureKind::Data,
     };
-    let options = TextureOptions {
-        resolution: 64,
-        bleed: 1,
-    };
-    let tiles = transfer_texture(&maps, &atlas, &source, &options, &Watch::new()).unwrap();
-    assert_eq!(tiles.len(), 1);
+    let tile = only_tile(&maps, &atlas, &source, 64);
     let mesh = maps.surface().mesh();
     for face in mesh.faces() {
         let corners = face.halfedges();
@@ -493,13 +502,27 @@ fn a_texture_has_the_same_colours_at_the_same_points_of_the_surface() {
         let [x, y] = (DVec2::new(middle.x, 1.0 - middle.y) * 64.0)
             .to_array()
             .map(|p| p as usize);
-        let found = tiles[0].pixels[y * 64 + x];
+        let found = tile.pixels[y * 64 + x];
         let point = maps.point_on_input(&input, face, [1.0 / 3.0; 3]).unwrap();
         let p = point.position(&input);
         for (part, expected) in found.iter().zip([p.x * 0.25 + 0.5, p.y * 0.25 + 0.5]) {
             assert!((f64::from(*part) - expected).abs() < 0.04, "{found:?} {p}");
         }
     }
+}
+
+fn only_tile(
+    maps: &ChartMaps,
+    atlas: &ChartAtlas,
+    source: &SourceTexture<'_>,
+    resolution: u32,
+) -> TextureImage {
+    let bleed = 1;
+    let options = TextureOptions { resolution, bleed };
+    let tiles = transfer_texture(maps, atlas, source, &options, &Watch::new()).unwrap();
+    <[TextureImage; 1]>::try_from(tiles)
+        .map(|[tile]| tile)
+        .unwrap()
 }
 
 #[test]
@@ -517,19 +540,14 @@ fn normals_along_the_surface_stay_so_and_turn_with_the_atlas() {
         height: 1,
         pixels: vec![[0.8, 0.5, 0.9, 1.0]],
     };
-    let kind = TextureKind::TangentNormals;
     let source = SourceTexture {
         input: &input,
         uvs: &uvs,
         image: &image,
-        kind,
+        kind: TextureKind::TangentNormals,
     };
-    let options = TextureOptions {
-        resolution: 32,
-        bleed: 0,
-    };
-    let tiles = transfer_texture(&maps, &atlas, &source, &options, &Watch::new()).unwrap();
-    let covered = tiles[0].pixels.iter().filter(|pixel| pixel[3] > 0.0);
+    let tile = only_tile(&maps, &atlas, &source, 32);
+    let covered = tile.pixels.iter().filter(|pixel| pixel[3] > 0.0);
     // The texture's first direction is the chart's second, backwards or not.
     let is_turned = |p: &&[f32; 4]| (p[0] - 0.5).abs() < 1e-4 && (p[1] - 0.5).abs() > 0.29;
     assert!(covered.clone().count() > 500 && covered.clone().all(|p| is_turned(&p)));

@@ -11,7 +11,7 @@ use crate::periodic::{
     ChartSize, GridDensity, GridMap, IntegerGridOptions, ParameterizationReport,
     ParameterizeOptions, integer_grid_map, parameterize,
 };
-use crate::quads::{NetCells, all_features};
+use crate::quads::{NetCells, all_features, field_with_room};
 use crate::watch::Watch;
 
 /// The map whose lines a layout follows.
@@ -113,7 +113,9 @@ pub fn chart_layout(
     watch: &Watch,
 ) -> Result<LaidOut, LayoutError> {
     let _stage = watch.stage("chart layout");
-    let field = cross_field(surface, &options.field, watch)?;
+    let density = density(surface, options.coordinates.chart_size);
+    let wanted = field_with_room(surface, &options.field, density);
+    let field = cross_field(surface, &wanted, watch)?;
     let mut features = all_features(surface, &options.field);
     features.extend(&options.coordinates.features);
     features.sort_unstable();
@@ -165,6 +167,25 @@ struct Made {
     report: LayoutReport,
 }
 
+impl Made {
+    /// The layout from a map of a kind that is not told.
+    fn of(
+        surface: &Surface,
+        map: GridMap,
+        features: &[EdgeId],
+        watch: &Watch,
+    ) -> Result<Self, LayoutError> {
+        let (layout, report) = layout_from_map(surface, &map, features, watch)?;
+        Ok(Self {
+            map,
+            map_kind: None,
+            coordinates: None,
+            layout,
+            report,
+        })
+    }
+}
+
 fn periodic_layout(
     surface: &Surface,
     field: &FieldResult,
@@ -178,13 +199,11 @@ fn periodic_layout(
     };
     let found = parameterize(surface, &field.field, field.scale.as_ref(), &wanted, watch)?;
     let map = found.grid_map(surface.mesh())?;
-    let (layout, report) = layout_from_map(surface, &map, features, watch)?;
+    let made = Made::of(surface, map, features, watch)?;
     Ok(Made {
-        map,
         map_kind: Some(LayoutMap::Periodic),
         coordinates: Some(found.report),
-        layout,
-        report,
+        ..made
     })
 }
 
@@ -203,13 +222,10 @@ fn integer_layout(
         ..IntegerGridOptions::default()
     };
     let map = integer_grid_map(surface, &field.field, &wanted, watch)?.map;
-    let (layout, report) = layout_from_map(surface, &map, features, watch)?;
+    let made = Made::of(surface, map, features, watch)?;
     Ok(Made {
-        map,
         map_kind: Some(LayoutMap::IntegerGrid),
-        coordinates: None,
-        layout,
-        report,
+        ..made
     })
 }
 
@@ -226,14 +242,7 @@ fn layout_without_lines(
         PerCorner::filled(mesh.halfedge_count(), None),
         PerFace::filled(mesh.face_count(), true),
     )?;
-    let (layout, report) = layout_from_map(surface, &map, features, watch)?;
-    Ok(Made {
-        map,
-        map_kind: None,
-        coordinates: None,
-        layout,
-        report,
-    })
+    Made::of(surface, map, features, watch)
 }
 
 /// The density of a net with cells of the size of charts.

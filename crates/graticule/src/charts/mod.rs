@@ -33,6 +33,7 @@
 mod arcs;
 mod atlas;
 mod atlas_packing;
+mod atlas_sizes;
 mod base_complex;
 mod chart_map;
 mod chart_map_assembly;

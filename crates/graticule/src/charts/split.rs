@@ -8,6 +8,10 @@ use super::split_arcs::{Outline, OutlinePlace, ParameterizedArc};
 use super::{Chart, ChartKind, ChartLayout};
 use crate::tolerance::WHOLE_LENGTH;
 
+/// Lengths, in spacings of the net, of which the sides of charts are multiples: lines are a half or a
+/// quarter of a spacing apart where charts were no disks.
+const UNITS: [f64; 3] = [1.0, 0.5, 0.25];
+
 /// What is to become of a chart.
 #[derive(Clone, Debug)]
 pub(super) struct ChartPlan {
@@ -31,6 +35,8 @@ pub(super) enum PlannedShape {
     Split {
         corners: Vec<OutlinePlace>,
         middles: Vec<OutlinePlace>,
+        /// Width and height of each in spacings of the net.
+        side: f64,
     },
 }
 
@@ -51,7 +57,9 @@ pub(super) fn plan_charts(
         let (corners, middles): (&[_], &[_]) = match &plan.shape {
             PlannedShape::Net { .. } => (&[], &[]),
             PlannedShape::Square { corners, .. } => (corners, &[]),
-            PlannedShape::Split { corners, middles } => (corners, middles),
+            PlannedShape::Split {
+                corners, middles, ..
+            } => (corners, middles),
         };
         for &place in corners.iter().chain(middles) {
             plan.outline.mark(place, arcs);
@@ -80,8 +88,9 @@ fn plan_chart(chart: &Chart, arcs: &[ParameterizedArc], spacing: f64, keep_net: 
     let outline = Outline::of(chart, arcs, spacing);
     if chart.kind == ChartKind::Regular {
         let size = DVec2::new(outline.side_length(0), outline.side_length(1));
-        // Charts cut at other places than halves do not repeat a pattern.
-        let keeps_net = is_whole(2.0 * size.x) && is_whole(2.0 * size.y);
+        // Charts cut at other places than the net's lines do not repeat a pattern.
+        let finest = UNITS[UNITS.len() - 1];
+        let keeps_net = is_whole(size.x / finest) && is_whole(size.y / finest);
         return ChartPlan {
             outline,
             shape: PlannedShape::Net { size },
@@ -90,7 +99,8 @@ fn plan_chart(chart: &Chart, arcs: &[ParameterizedArc], spacing: f64, keep_net: 
     }
     if keep_net {
         let outline = Outline::whole(chart, arcs);
-        if let Some(shape) = whole_shape(&outline) {
+        let shape = (UNITS.iter()).find_map(|&unit| whole_shape(&outline, unit));
+        if let Some(shape) = shape {
             return ChartPlan {
                 outline,
                 shape,
@@ -123,32 +133,35 @@ fn shape(outline: &Outline) -> PlannedShape {
     PlannedShape::Split {
         corners,
         middles: middles.collect(),
+        side: 0.5,
     }
 }
 
-/// A rectangle of the net if the sides allow it, else a square for each whole length of the
-/// outline; `None` if the corners are not at whole lengths.
-fn whole_shape(outline: &Outline) -> Option<PlannedShape> {
-    if !outline.corners.iter().all(|&length| is_whole(length)) {
+/// A rectangle of the net if the sides allow it, else a square for each unit of the outline's length;
+/// `None` if the corners are not at whole units.
+fn whole_shape(outline: &Outline, unit: f64) -> Option<PlannedShape> {
+    if !(outline.corners.iter()).all(|&length| is_whole(length / unit)) {
         return None;
     }
     let sides = outline.corners.len() - 1;
-    let length = |side: usize| outline.side_length(side % sides).round();
+    let length = |side: usize| (outline.side_length(side % sides) / unit).round();
     if sides == 4 && (0..2).all(|side| length(side).total_cmp(&length(side + 2)).is_eq()) {
         return Some(shape(outline));
     }
     #[expect(clippy::cast_sign_loss, reason = "a length")]
-    let count = outline.length().round() as u32;
-    let places = |offset: f64| (0..count).map(move |k| outline.place_at(f64::from(k) + offset));
+    let count = (outline.length() / unit).round() as u32;
+    let place = move |k: u32, offset| outline.place_at((f64::from(k) + offset) * unit);
+    let places = |offset: f64| (0..count).map(move |k| place(k, offset));
     let corners = places(0.0).collect();
     match count {
         4 => Some(PlannedShape::Square {
             corners,
-            size: DVec2::ONE,
+            size: DVec2::splat(unit),
         }),
         3.. => Some(PlannedShape::Split {
             corners,
             middles: places(0.5).collect(),
+            side: 0.5 * unit,
         }),
         _ => None,
     }

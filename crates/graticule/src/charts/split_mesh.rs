@@ -131,6 +131,12 @@ impl ChartDisk {
         Some(self.on_border[vertex as usize]).filter(|&halfedge| halfedge != NONE)
     }
 
+    /// The halfedge from one vertex to another.
+    pub(super) fn halfedge_between(&self, ends: [u32; 2]) -> Option<u32> {
+        let mut halfedges = 0..3 * self.triangles.len() as u32;
+        halfedges.find(|&h| [self.origin(h), self.destination(h)] == ends)
+    }
+
     /// Vertices made inside so far, in this disk and in those that it is a part of.
     pub(super) fn made_count(&self) -> u32 {
         self.made

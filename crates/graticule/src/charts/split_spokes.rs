@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::split_mesh::{ChartDisk, next, previous};
+use super::split_mesh::{ChartDisk, NONE, next, previous};
 use crate::measure::orientation;
 use crate::mesh::DisjointSets;
 
@@ -18,17 +18,92 @@ pub(super) struct Spokes {
 /// its map onto the polygon round the origin. The triangles that the lines cross are split.
 ///
 /// The lines are straight on the polygon, so that they stay inside the chart and meet in the centre
-/// alone, whatever its shape. `None` if double precision leads a line astray.
-pub(super) fn cut_spokes(
+/// alone, whatever its shape. Where double precision leads one astray, all of them pass through the
+/// middles of edges instead, along the fewest triangles that lead there. `None` for ends that are not
+/// on the border of a disk, each once.
+pub(super) fn cut_spokes(disk: &mut ChartDisk, uvs: &[DVec2], ends: &[u32]) -> Option<Spokes> {
+    let mut uvs = uvs.to_vec();
+    let arrivals = arrivals(disk, ends)?;
+    let centre = insert_centre(disk, &mut uvs)?;
+    let unsplit = disk.clone();
+    if let Some(paths) = straight_paths(disk, &mut uvs, centre, ends)
+        && let Some(sectors) = sectors(disk, &arrivals)
+    {
+        return Some(Spokes { paths, sectors });
+    }
+    *disk = unsplit;
+    let paths = paths_along_strips(disk, centre, ends)?;
+    let sectors = sectors(disk, &arrivals)?;
+    Some(Spokes { paths, sectors })
+}
+
+/// Cuts along straight lines of a map.
+fn straight_paths(
     disk: &mut ChartDisk,
     uvs: &mut Vec<DVec2>,
+    centre: u32,
     ends: &[u32],
-) -> Option<Spokes> {
-    let centre = insert_centre(disk, uvs)?;
+) -> Option<Vec<Vec<u32>>> {
     let paths = ends.iter().map(|&end| walk(disk, uvs, centre, end));
     let paths: Vec<Vec<u32>> = paths.collect::<Option<_>>()?;
-    let sectors = separate(disk, &paths)?;
-    Some(Spokes { paths, sectors })
+    for path in &paths {
+        separate(disk, path);
+    }
+    Some(paths)
+}
+
+/// Cuts along paths found by which triangles share edges alone: what lies between those cut before is
+/// a disk that has the centre and the next end on its border, and so there is a strip between these.
+fn paths_along_strips(disk: &mut ChartDisk, centre: u32, ends: &[u32]) -> Option<Vec<Vec<u32>>> {
+    let path = |&end: &u32| {
+        let path = cut_strip(disk, centre, end)?;
+        separate(disk, &path);
+        Some(path)
+    };
+    ends.iter().map(path).collect()
+}
+
+/// Halves the shortest strip of triangles between two vertices; returns the path along its middle.
+fn cut_strip(disk: &mut ChartDisk, centre: u32, end: u32) -> Option<Vec<u32>> {
+    let has = |disk: &ChartDisk, triangle: u32, vertex: u32| {
+        disk.triangles[triangle as usize].contains(&vertex)
+    };
+    let triangles = 0..disk.triangles.len() as u32;
+    let mut queue: Vec<u32> = triangles.filter(|&t| has(disk, t, end)).collect();
+    // The side by which each triangle leads on towards the end.
+    let mut onward: Vec<Option<u32>> = vec![None; disk.triangles.len()];
+    let mut is_found = vec![false; disk.triangles.len()];
+    for &triangle in &queue {
+        is_found[triangle as usize] = true;
+    }
+    let mut next = 0;
+    let first = loop {
+        let &triangle = queue.get(next)?;
+        next += 1;
+        if has(disk, triangle, centre) {
+            break triangle;
+        }
+        for twin in (3 * triangle..3 * triangle + 3).filter_map(|side| disk.twin(side)) {
+            let beyond = twin / 3;
+            if !std::mem::replace(&mut is_found[beyond as usize], true) {
+                onward[beyond as usize] = Some(twin);
+                queue.push(beyond);
+            }
+        }
+    };
+    let crossed = std::iter::successors(onward[first as usize], |&side| {
+        onward[disk.twin(side)? as usize / 3]
+    });
+    let crossed: Vec<[u32; 2]> = crossed
+        .map(|side| [disk.origin(side), disk.destination(side)])
+        .collect();
+    let mut path = vec![centre];
+    for ends in crossed {
+        let leaving = disk.split_inner_edge(disk.halfedge_between(ends)?, 0.5);
+        path.push(disk.origin(leaving));
+    }
+    path.push(end);
+    Some(path)
 }
 
 /// Makes the origin a vertex; returns it.
@@ -123,13 +198,9 @@ fn leaving_halfedge(disk: &ChartDisk, vertex: u32) -> Option<u32> {
         .find(|&halfedge| disk.origin(halfedge) == vertex)
 }
 
-/// Cuts along the paths; returns the triangles of each sector, ascending.
-fn separate(disk: &mut ChartDisk, paths: &[Vec<u32>]) -> Option<Vec<Vec<u32>>> {
-    let mut edges: Vec<[u32; 2]> = paths
-        .iter()
-        .flat_map(|p| p.windows(2))
-        .map(|e| [e[0], e[1]])
-        .collect();
+/// Cuts along a path.
+fn separate(disk: &mut ChartDisk, path: &[u32]) {
+    let mut edges: Vec<[u32; 2]> = path.windows(2).map(|e| [e[0], e[1]]).collect();
     edges.sort_unstable();
     for halfedge in 0..3 * disk.triangles.len() as u32 {
         let ends = [disk.origin(halfedge), disk.destination(halfedge)];
@@ -137,6 +208,11 @@ fn separate(disk: &mut ChartDisk, paths: &[Vec<u32>]) -> Option<Vec<Vec<u32>>> {
             disk.separate(halfedge);
         }
     }
+}
+
+/// The triangles of each sector between paths that were cut along, ascending, given the border's edge
+/// that arrives at the end of each: it lies in the sector before.
+fn sectors(disk: &ChartDisk, arrivals: &[[u32; 2]]) -> Option<Vec<Vec<u32>>> {
     let mut sets = DisjointSets::new(disk.triangles.len());
     for halfedge in 0..3 * disk.triangles.len() as u32 {
         if let Some(twin) = disk.twin(halfedge) {
@@ -144,33 +220,132 @@ fn separate(disk: &mut ChartDisk, paths: &[Vec<u32>]) -> Option<Vec<Vec<u32>>> {
         }
     }
     let names = sets.into_names();
-    // The border halfedge that arrives at the end of spoke `k` lies in sector `k`.
-    let mut firsts = vec![None; paths.len()];
-    let ends: Vec<u32> = paths
-        .iter()
-        .filter_map(|path| path.last().copied())
-        .collect();
-    for vertex in 0..disk.positions.len() as u32 {
-        let Some(halfedge) = disk.border_halfedge(vertex) else {
-            continue;
-        };
-        if let Some(spoke) = ends
-            .iter()
-            .position(|&end| end == disk.destination(halfedge))
-        {
-            firsts[spoke] = Some(names[halfedge as usize / 3]);
-        }
-    }
-    let sectors = firsts.into_iter().map(|name| {
-        let name = name?;
+    let sectors = arrivals.iter().map(|&arrival| {
+        let name = names[disk.halfedge_between(arrival)? as usize / 3];
         let all = (0_u32..).zip(&names);
-        Some(
-            all.filter(|&(_, other)| *other == name)
-                .map(|(triangle, _)| triangle)
-                .collect(),
-        )
+        let sector = all.filter(|&(_, other)| *other == name);
+        Some(sector.map(|(triangle, _)| triangle).collect())
     });
     let sectors: Vec<Vec<u32>> = sectors.collect::<Option<_>>()?;
     let covered: usize = sectors.iter().map(Vec::len).sum();
     (covered == names.len()).then_some(sectors)
+}
+
+/// The border's edges that arrive at each of these vertices of it.
+fn arrivals(disk: &ChartDisk, ends: &[u32]) -> Option<Vec<[u32; 2]>> {
+    let mut origins = vec![NONE; disk.positions.len()];
+    for vertex in 0..disk.positions.len() as u32 {
+        if let Some(halfedge) = disk.border_halfedge(vertex) {
+            origins[disk.destination(halfedge) as usize] = vertex;
+        }
+    }
+    let arrival = |&end: &u32| {
+        let origin = origins[end as usize];
+        (origin != NONE).then_some([origin, end])
+    };
+    ends.iter().map(arrival).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::super::split_mesh::{TriangleOrigin, VertexName};
+    use super::*;
+    use crate::mesh::{Element, FaceId, TriangleMesh};
+
+    /// A grid of unit squares round the origin, and its places.
+    fn grid_disk(cells: u32) -> (ChartDisk, Vec<DVec2>) {
+        let fixture = graticule_fixtures::grid(2.0, 2.0, cells, cells);
+        let mesh = TriangleMesh::new(fixture.positions.len(), &fixture.triangles).unwrap();
+        let place =
+            |corner| fixture.positions[mesh.origin(corner).index()] - DVec3::new(1.0, 1.0, 0.0);
+        let corners: Vec<_> = (mesh.halfedges())
+            .map(|corner| (VertexName::Shared(mesh.origin(corner).0), place(corner)))
+            .collect();
+        let twins = mesh
+            .halfedges()
+            .map(|h| mesh.twin(h).map_or(NONE, |twin| twin.0));
+        let origin = |face: FaceId| TriangleOrigin {
+            face,
+            corners: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        };
+        let origins = mesh.faces().map(origin).collect();
+        let disk = ChartDisk::new(&corners, twins.collect(), origins, 0);
+        let places = disk.positions.iter().map(|position| position.truncate());
+        let places = places.collect();
+        (disk, places)
+    }
+
+    /// Vertices of the border at which the square's outline has these places.
+    fn border(disk: &ChartDisk, places: &[DVec2]) -> Vec<u32> {
+        let at = |place: &DVec2| {
+            let near = |position: &DVec3| position.truncate().distance(*place) < 1e-9;
+            disk.positions.iter().position(near).unwrap() as u32
+        };
+        places.iter().map(at).collect()
+    }
+
+    const MIDDLES: [DVec2; 4] = [DVec2::NEG_Y, DVec2::X, DVec2::Y, DVec2::NEG_X];
+
+    fn check(disk: &ChartDisk, spokes: &Spokes, ends: &[u32]) {
+        for (path, end) in spokes.paths.iter().zip(ends) {
+            assert_eq!((path[0], path.last()), (spokes.paths[0][0], Some(end)));
+        }
+        let mut inner: Vec<u32> = spokes
+            .paths
+            .iter()
+            .flat_map(|path| &path[1..])
+            .copied()
+            .collect();
+        let count = inner.len();
+        inner.sort_unstable();
+        inner.dedup();
+        assert_eq!(inner.len(), count, "paths meet");
+        let area = |&triangle: &u32| {
+            let [a, b, c] = disk.triangles[triangle as usize].map(|v| disk.positions[v as usize]);
+            (b - a).cross(c - a).z / 2.0
+        };
+        for sector in &spokes.sectors {
+            assert!(sector.iter().all(|triangle| area(triangle) > 0.0));
+            assert!(sector.iter().map(area).sum::<f64>() > 0.05);
+        }
+        let whole: f64 = spokes.sectors.iter().flatten().map(area).sum();
+        assert!((whole - 4.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn straight_spokes_quarter_a_square() {
+        let (mut disk, places) = grid_disk(6);
+        let ends = border(&disk, &MIDDLES);
+        let spokes = cut_spokes(&mut disk, &places, &ends).unwrap();
+        check(&disk, &spokes, &ends);
+    }
+
+    #[test]
+    fn where_places_lead_astray_strips_of_triangles_part_the_chart() {
+        let (mut disk, mut places) = grid_disk(6);
+        let ends = border(&disk, &MIDDLES);
+        // A fold: the line to the right never arrives.
+        let folded = border(&disk, &[DVec2::new(2.0 / 3.0, 0.0)])[0] as usize;
+        places[folded] = DVec2::new(-0.5, 0.1);
+        let spokes = cut_spokes(&mut disk, &places, &ends).unwrap();
+        check(&disk, &spokes, &ends);
+    }
+
+    #[test]
+    fn spokes_to_neighbours_on_the_border_share_nothing_but_the_centre() {
+        let (mut disk, _) = grid_disk(4);
+        let step = 0.5;
+        let places = [-0.5, 0.0, 0.5].map(|x| DVec2::new(x, -1.0));
+        let ends = border(
+            &disk,
+            &[places[0], places[1], places[2], DVec2::new(1.0, -step)],
+        );
+        let centre = border(&disk, &[DVec2::ZERO])[0];
+        let arrivals = arrivals(&disk, &ends).unwrap();
+        let paths = paths_along_strips(&mut disk, centre, &ends).unwrap();
+        let sectors = sectors(&disk, &arrivals).unwrap();
+        check(&disk, &Spokes { paths, sectors }, &ends);
+    }
 }

@@ -20,8 +20,9 @@ use crate::session::Session;
 
 use guides::Wishes;
 pub(crate) use guides::lines_of_file;
-pub(crate) use options::Options;
+pub(crate) use options::{Drawing, Options};
 use output::FieldOutput;
+pub(crate) use picture::panel;
 use singularities::Places;
 
 /// Reads, repairs, computes, draws, writes.

@@ -33,14 +33,7 @@ pub(super) fn picture(
     found: &FieldResult,
     drawing: Drawing,
 ) -> Result<Picture, Failure> {
-    let plain = surface(shape, &SurfaceStyle::default())?;
-    let [low, high] = shape.bounding_box();
-    let cell = (high - low).max_element() / CELLS;
-    let lines = match drawing {
-        Drawing::Streamlines => streamlines_of(shape, found, cell)?,
-        Drawing::Crosses => crosses(shape, found, cell),
-    };
-    let mut panels = vec![with_field(plain, lines, shape, found).with_caption("field")];
+    let mut panels = vec![panel(shape, found, drawing)?.with_caption("field")];
     if let Some(scale) = &found.scale {
         let logarithms = scale.map(|v| libm::log2(*v));
         let figure = Figure::per_vertex("scale, log2", &logarithms);
@@ -52,6 +45,26 @@ pub(super) fn picture(
     }
     let width = PANEL * panels.len() as u32;
     Ok(side_by_side(panels).with_size(width, PANEL)?)
+}
+
+/// The field on its surface, with its singularities.
+pub(crate) fn panel(
+    shape: &Surface,
+    found: &FieldResult,
+    drawing: Drawing,
+) -> Result<Panel, Failure> {
+    let [low, high] = shape.bounding_box();
+    let cell = (high - low).max_element() / CELLS;
+    let lines = match drawing {
+        Drawing::Streamlines => streamlines_of(shape, found, cell)?,
+        Drawing::Crosses => crosses(shape, found, cell),
+    };
+    Ok(with_field(
+        surface(shape, &SurfaceStyle::default())?,
+        lines,
+        shape,
+        found,
+    ))
 }
 
 fn with_field(panel: Panel, lines: Lines, shape: &Surface, found: &FieldResult) -> Panel {

@@ -1,5 +1,6 @@
 //! Charts on squares: what is written, told and drawn of them.
 
+use glam::DVec2;
 use graticule::charts::{
     ChartAtlas, ChartLayout, ChartMaps, Seam, SquareId, chart_atlas, chart_maps,
 };
@@ -9,9 +10,7 @@ use graticule::mesh::{
     CornerAttribute, Element, PerCorner, PolygonLabels, PolygonSoup, Repaired, Surface,
 };
 use graticule::quads::Carry;
-use graticule_draw::{
-    CheckerStyle, LayoutStyle, Panel, Squares, SurfaceStyle, View, surface, uv_layout,
-};
+use graticule_draw::{CheckerStyle, LayoutStyle, Panel, Squares, SurfaceStyle, surface, uv_layout};
 use serde_json::{Value, json};
 
 use super::atlas_options::AtlasArguments;
@@ -142,25 +141,15 @@ impl Atlas {
         soup
     }
 
-    /// The checker over the surface, and the squares side by side.
+    /// The checker over the surface, and the squares side by side ([PGP06] Fig. 1E).
     pub(super) fn panels(&self) -> Result<Vec<Panel>, Failure> {
         let shape = self.maps.surface();
-        // On the net the pattern follows the charts; else it is drawn as large on each square.
-        let on_net = PerCorner::from_fn(self.packed.corner_uv.len(), |corner| {
-            let square = &self.maps.squares()[self.maps.square_of()[corner.face()].index()];
-            self.maps.coordinates()[corner] * square.size
-        });
-        let (uvs, side) = if self.keeps_net {
-            (&self.packed.corner_uv, 2.0 / SQUARES_ON_NET)
-        } else {
-            (&on_net, 1.0 / SQUARES_ON_NET)
-        };
+        let checker = self.checker();
         let style = SurfaceStyle {
             checker: Some(CheckerStyle {
-                uvs,
-                squares: Squares::OfSide(side),
+                uvs: &checker,
+                squares: Squares::OfSide(1.0),
             }),
-            view: View::Automatic,
             ..SurfaceStyle::default()
         };
         let layout = LayoutStyle {
@@ -168,14 +157,39 @@ impl Atlas {
             ..LayoutStyle::default()
         };
         let caption = if self.keeps_net {
-            "a pattern on the net"
+            "E: a pattern on the net"
         } else {
-            "the squares of the charts"
+            "E: a pattern on each square"
         };
         Ok(vec![
             surface(shape, &style)?.with_caption(caption),
-            uv_layout(shape, &self.packed.corner_uv, &layout)?.with_caption("the atlas"),
+            uv_layout(shape, &self.packed.corner_uv, &layout)?.with_caption("F: the atlas"),
         ])
+    }
+
+    /// The place of each corner in a checker. On a net it is that of the atlas, where whole steps lead
+    /// over the seams; else a whole number of its squares fits on each square of the atlas.
+    fn checker(&self) -> PerCorner<DVec2> {
+        let placements = &self.packed.placements;
+        if self.keeps_net {
+            let squares = placements.iter().zip(self.maps.squares());
+            let spacings = squares.filter(|(_, square)| square.keeps_net);
+            let unit =
+                (spacings.map(|(placement, square)| square.size.x / placement.size.x)).last();
+            // Two at least: the pattern repeats at whole coordinates.
+            let count = (SQUARES_ON_NET * unit.unwrap_or(1.0)).round().max(2.0);
+            return self.packed.corner_uv.map(|&uv| uv * count);
+        }
+        let area: f64 = placements.iter().map(|p| p.size.x * p.size.y).sum();
+        let net_area: f64 = (self.maps.squares().iter())
+            .map(|square| square.size.x * square.size.y)
+            .sum();
+        let per_unit = SQUARES_ON_NET * (net_area / area).sqrt();
+        let counts = |size: DVec2| (size * per_unit).round().max(DVec2::ONE);
+        PerCorner::from_fn(self.packed.corner_uv.len(), |corner| {
+            let square = self.maps.square_of()[corner.face()].index();
+            self.maps.coordinates()[corner] * counts(placements[square].size)
+        })
     }
 }
 

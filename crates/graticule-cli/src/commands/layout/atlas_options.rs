@@ -28,6 +28,9 @@ pub(crate) struct AtlasArguments {
     /// Whole coordinates at every corner of a chart: a repeated pattern shows no seam
     #[arg(long, conflicts_with_all = ["udim", "texel_density", "texture", "normal_map"])]
     grid_seams: bool,
+    /// Most steps to less distortion in each chart with singularities; 0 for mean value coordinates
+    #[arg(long, value_name = "STEPS", default_value_t = ChartMapOptions::default().improvement_steps)]
+    improve: u32,
     /// Rounds of relaxation across the borders of charts with singularities
     #[arg(long, value_name = "ROUNDS", default_value_t = 0)]
     relax: u32,
@@ -93,6 +96,7 @@ impl AtlasArguments {
     pub(super) fn map_options(&self) -> ChartMapOptions {
         ChartMapOptions {
             keep_net: self.grid_seams,
+            improvement_steps: self.improve,
             relaxation_rounds: self.relax,
         }
     }

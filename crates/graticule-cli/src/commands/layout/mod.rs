@@ -56,9 +56,10 @@ pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {
     outcome.ascii = input.ascii;
     if let Some(format) = plan.picture_format() {
         let _stage = session.watch.stage("draw");
-        let mut panels = vec![picture::panel(&found.layout)?];
+        let mut panels = picture::panels(&repaired.surface, &found, &complex)?;
         panels.extend(atlas.panels()?);
-        let picture = side_by_side(panels).with_size(3 * PANEL, PANEL)?;
+        let picture = side_by_side(panels).with_columns(3);
+        let picture = picture.with_size(3 * PANEL, 2 * PANEL)?;
         outcome.picture = Some(format.encode(&picture));
     }
     if let Some(path) = &options.layout {

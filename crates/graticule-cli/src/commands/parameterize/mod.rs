@@ -20,6 +20,7 @@ use crate::session::Session;
 use crate::uvs;
 
 pub(crate) use options::Options;
+pub(crate) use picture::{FIELD_SINGULAR, dots, lines_panel};
 
 /// Reads, repairs, computes field and coordinates, draws, writes.
 pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {

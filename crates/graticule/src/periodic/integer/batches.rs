@@ -194,15 +194,8 @@ fn next_batch(mut open: Vec<(usize, f64)>) -> Vec<(usize, f64)> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::lattice::tests::form;
     use super::*;
-
-    fn form(terms: &[(u32, i64)]) -> Form {
-        let mut sum = Form::default();
-        for &(column, value) in terms {
-            sum.add(value, &Form::unknown(column));
-        }
-        sum
-    }
 
     #[test]
     fn a_parameter_without_an_unknown_of_its_own_gets_one() {

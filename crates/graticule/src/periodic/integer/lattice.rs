@@ -131,10 +131,10 @@ impl Lattice {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
-    fn form(terms: &[(u32, i64)]) -> Form {
+    pub(in super::super) fn form(terms: &[(u32, i64)]) -> Form {
         let mut sum = Form::default();
         for &(column, value) in terms {
             sum.add(value, &Form::unknown(column));
