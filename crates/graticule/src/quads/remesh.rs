@@ -1,9 +1,10 @@
 use serde::Serialize;
 
+use super::features::clear_features;
 use super::finer::finer_surface;
 use super::{
-    CutReport, MendReport, Net, PolygonMesh, QuadsError, ShapeError, ShapeOptions, ShapeReport,
-    extract_polygons, mend, pure_quads, quad_dominant, shape,
+    CutReport, FeatureReport, MendReport, Net, PolygonMesh, QuadsError, ShapeError, ShapeOptions,
+    ShapeReport, extract_polygons, mend, pure_quads, quad_dominant, shape,
 };
 use crate::Hint;
 use crate::field::{
@@ -56,6 +57,8 @@ impl Default for RemeshOptions {
 /// What was done on the way.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RemeshReport {
+    /// The sharp edges of the surface.
+    pub features: FeatureReport,
     /// The field.
     pub field: FieldReport,
     /// The map.
@@ -142,15 +145,34 @@ pub fn remesh(
     watch: &Watch,
 ) -> Result<Remeshed, RemeshError> {
     let _stage = watch.stage("remesh");
-    let Some(finer) = finer_surface(surface, options, watch)? else {
-        return remesh_fine(surface, options, watch);
+    let (options, features) = with_clear_features(surface, options, watch);
+    let mut made = match finer_surface(surface, &options, watch)? {
+        None => remesh_fine(surface, &options, watch)?,
+        Some(finer) => {
+            let options = finer.translated(&options);
+            let mut made = remesh_fine(&finer.refinement.surface, &options, watch)?;
+            for origin in &mut made.mesh.origins {
+                *origin = finer.refinement.to_original(*origin);
+            }
+            made
+        }
     };
-    let options = finer.translated(options);
-    let mut made = remesh_fine(&finer.refinement.surface, &options, watch)?;
-    for origin in &mut made.mesh.origins {
-        *origin = finer.refinement.to_original(*origin);
-    }
+    made.report.features = features;
     Ok(made)
+}
+
+/// The options with the features as edges: which of the sharp ones are some is seen on the surface as
+/// it is given, not on smaller triangles.
+fn with_clear_features(
+    surface: &Surface,
+    options: &RemeshOptions,
+    watch: &Watch,
+) -> (RemeshOptions, FeatureReport) {
+    let (edges, report) = clear_features(surface, options, watch);
+    let mut options = options.clone();
+    options.field.features.edges = edges;
+    options.field.features.dihedral = None;
+    (options, report)
 }
 
 /// [`remesh`] on triangles that are small enough.
@@ -245,6 +267,7 @@ fn net(
         QuadMode::Dominant => quad_dominant(&found.mesh, surface),
     };
     let report = RemeshReport {
+        features: FeatureReport::default(),
         field: field.report.clone(),
         map: made.report,
         polygons: found.mesh.polygons.len(),
