@@ -8,6 +8,7 @@
 mod attributes;
 mod cells;
 mod complex;
+mod count;
 mod doublets;
 mod edge_nodes;
 mod error;
