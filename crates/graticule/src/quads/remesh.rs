@@ -1,9 +1,11 @@
 use serde::Serialize;
 
+use super::count::CountSearch;
+use super::features::clear_features;
 use super::finer::finer_surface;
 use super::{
-    CutReport, MendReport, Net, PolygonMesh, QuadsError, ShapeError, ShapeOptions, ShapeReport,
-    extract_polygons, mend, pure_quads, quad_dominant, shape,
+    CutReport, FeatureReport, MendReport, Net, PolygonMesh, QuadsError, ShapeError, ShapeOptions,
+    ShapeReport, extract_polygons, mend, pure_quads, quad_dominant, shape,
 };
 use crate::Hint;
 use crate::field::{
@@ -16,7 +18,7 @@ use crate::periodic::{
     GridDensity, GridMap, IntegerGrid, IntegerGridError, IntegerGridMap, IntegerGridOptions,
     IntegerGridReport,
 };
-use crate::tolerance::{CLOSE_PAIR_IN_QUADS, COUNT_MISS, FAIR_COUNT_ROUNDS};
+use crate::tolerance::CLOSE_PAIR_IN_QUADS;
 use crate::watch::{Stopped, Watch};
 
 /// Which polygons a quad mesh may have.
@@ -56,6 +58,8 @@ impl Default for RemeshOptions {
 /// What was done on the way.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RemeshReport {
+    /// The sharp edges of the surface.
+    pub features: FeatureReport,
     /// The field.
     pub field: FieldReport,
     /// The map.
@@ -130,7 +134,7 @@ impl Hint for RemeshError {
 ///
 /// The mesh has the components, genus and boundary loops of the surface, is manifold and oriented,
 /// and, in [`QuadMode::Pure`], has quads only. The number of quads is met to within
-/// [`COUNT_MISS`] where the surface allows it; a miss is a warning.
+/// [`COUNT_MISS`](crate::tolerance::COUNT_MISS) where the surface allows it; a miss is a warning.
 ///
 /// Cost: near-linear, most of it two factorisations.
 ///
@@ -142,15 +146,34 @@ pub fn remesh(
     watch: &Watch,
 ) -> Result<Remeshed, RemeshError> {
     let _stage = watch.stage("remesh");
-    let Some(finer) = finer_surface(surface, options, watch)? else {
-        return remesh_fine(surface, options, watch);
+    let (options, features) = with_clear_features(surface, options, watch);
+    let mut made = match finer_surface(surface, &options, watch)? {
+        None => remesh_fine(surface, &options, watch)?,
+        Some(finer) => {
+            let options = finer.translated(&options);
+            let mut made = remesh_fine(&finer.refinement.surface, &options, watch)?;
+            for origin in &mut made.mesh.origins {
+                *origin = finer.refinement.to_original(*origin);
+            }
+            made
+        }
     };
-    let options = finer.translated(options);
-    let mut made = remesh_fine(&finer.refinement.surface, &options, watch)?;
-    for origin in &mut made.mesh.origins {
-        *origin = finer.refinement.to_original(*origin);
-    }
+    made.report.features = features;
     Ok(made)
+}
+
+/// The options with the features as edges: which of the sharp ones are some is seen on the surface as
+/// it is given, not on smaller triangles.
+fn with_clear_features(
+    surface: &Surface,
+    options: &RemeshOptions,
+    watch: &Watch,
+) -> (RemeshOptions, FeatureReport) {
+    let (edges, report) = clear_features(surface, options, watch);
+    let mut options = options.clone();
+    options.field.features.edges = edges;
+    options.field.features.dihedral = None;
+    (options, report)
 }
 
 /// [`remesh`] on triangles that are small enough.
@@ -168,22 +191,10 @@ fn remesh_fine(
         ..IntegerGridOptions::default()
     };
     let mut grid = IntegerGrid::of(surface, &field.field, &map_options, watch)?;
-    let mut wanted = options.density;
-    let mut rounds = 1;
-    let (mut mesh, mut report) = loop {
-        let made = grid.map(wanted, watch)?;
-        let (mesh, report) = net(surface, (&field, made), &features, options.mode, watch)?;
-        let Some(next) = corrected(options.density, wanted, mesh.polygons.len()) else {
-            break (mesh, report);
-        };
-        if rounds == FAIR_COUNT_ROUNDS {
-            warn_of_count(options.density, mesh.polygons.len(), watch);
-            break (mesh, report);
-        }
-        wanted = next;
-        rounds += 1;
-    };
-    report.rounds = rounds;
+    let (mut mesh, mut report) = counted(options.density, watch, |density| {
+        let made = grid.map(density, watch)?;
+        net(surface, (&field, made), &features, options.mode, watch)
+    })?;
     report.map.warn(watch);
     if let Some(shaping) = &options.shape {
         report.shape = Some(reshape(&mut mesh, surface, &features, shaping, watch)?);
@@ -251,6 +262,7 @@ fn net(
         QuadMode::Dominant => quad_dominant(&found.mesh, surface),
     };
     let report = RemeshReport {
+        features: FeatureReport::default(),
         field: field.report.clone(),
         map: made.report,
         polygons: found.mesh.polygons.len(),
@@ -284,25 +296,29 @@ fn followed(surface: &Surface, map: &GridMap, features: &[EdgeId], watch: &Watch
     marks
 }
 
-/// The density to try next where the number of quads was missed.
-#[expect(clippy::cast_sign_loss, reason = "it is 1 at least")]
-fn corrected(wanted: GridDensity, tried: GridDensity, found: usize) -> Option<GridDensity> {
-    let (GridDensity::Quads(wanted), GridDensity::Quads(tried)) = (wanted, tried) else {
-        return None;
+/// The net that comes nearest to the number of quads wanted, of some that are made.
+fn counted(
+    wanted: GridDensity,
+    watch: &Watch,
+    mut made: impl FnMut(GridDensity) -> Result<(PolygonMesh, RemeshReport), RemeshError>,
+) -> Result<(PolygonMesh, RemeshReport), RemeshError> {
+    let mut best = made(wanted)?;
+    let (Some(mut search), GridDensity::Quads(mut tried)) = (CountSearch::new(wanted), wanted)
+    else {
+        return Ok(best);
     };
-    let ratio = found as f64 / wanted as f64;
-    if (ratio - 1.0).abs() <= COUNT_MISS {
-        return None;
+    let (mut found, mut rounds) = (best.0.polygons.len(), 1);
+    while let Some(next) = search.next(tried, found) {
+        let new = made(GridDensity::Quads(next))?;
+        (tried, found) = (next, new.0.polygons.len());
+        rounds += 1;
+        if search.miss(found) < search.miss(best.0.polygons.len()) {
+            best = new;
+        }
     }
-    let next = (tried as f64 / ratio).round().max(1.0) as usize;
-    (next != tried).then_some(GridDensity::Quads(next))
-}
-
-fn warn_of_count(wanted: GridDensity, found: usize, watch: &Watch) {
-    if let GridDensity::Quads(wanted) = wanted {
-        let message = format!("{wanted} quads were asked for, {found} is as near as the net comes");
-        watch.warn("quad-count", message);
-    }
+    search.warn(best.0.polygons.len(), watch);
+    best.1.rounds = rounds;
+    Ok(best)
 }
 
 /// Warns of quads that no solver can use.

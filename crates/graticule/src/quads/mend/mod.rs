@@ -5,7 +5,8 @@
 //! [`shape()`](super::shape()). This covers what is otherwise told as many operations: to turn an
 //! edge, to collapse a quad along a diagonal, to take out a vertex with two or three quads, to put
 //! one in. What makes the quads of a neighbourhood better is kept. Features and the boundary are
-//! never cut.
+//! never cut, until nothing else is left: then the net gives up the edges of features at the quads
+//! that are still poor, and is let round the corners of the others and of the boundary there.
 
 mod patch;
 mod quilt;
@@ -59,6 +60,16 @@ const EFFORTS: [Effort; 2] = [
     },
 ];
 
+/// What is done where features have given way.
+const LAST_EFFORT: Effort = Effort {
+    below: MENDED_QUAD,
+    trials: 40,
+    raising_rounds: 4,
+};
+
+/// Times that features give way to the quads that are still poor.
+const RELEASES: usize = 3;
+
 /// Times that each vertex of a trial is moved at most before that.
 const SWEEPS: usize = 4;
 
@@ -75,14 +86,29 @@ pub struct MendReport {
     pub poor_before: usize,
     /// Patches that were cut anew.
     pub patches: usize,
+    /// Edges of the mesh along features that were given up.
+    pub released: usize,
     /// Polygons whose shape is too poor still.
     pub poor_after: usize,
+}
+
+impl MendReport {
+    fn warn(&self, watch: &Watch) {
+        if self.released > 0 {
+            let message = format!(
+                "{} edges of the net were let go of features that leave no room for good quads",
+                self.released
+            );
+            watch.warn("released-features", message);
+        }
+    }
 }
 
 /// Cuts small disks around polygons of poor shape anew, where that makes them better.
 ///
 /// `features` are the edges of the surface along which the feature edges of the mesh run. The mesh
-/// keeps its topology, its feature edges and its boundary. Cost: linear where all is well, some
+/// keeps its topology and its boundary, and its feature edges but those that leave no room for good
+/// quads, which is a warning. Cost: linear where all is well, some
 /// milliseconds for each polygon with a scaled Jacobian below [`MENDED_QUAD`].
 ///
 /// # Errors
@@ -100,7 +126,7 @@ pub fn mend(
     let ground = Ground::of(surface, features);
     let mut mender = Mender {
         quilt: Quilt::of(mesh, &ground),
-        ground: &ground,
+        ground,
         watch,
     };
     let mut report = MendReport {
@@ -110,10 +136,19 @@ pub fn mend(
     for effort in EFFORTS {
         report.patches += mender.work(effort)?;
     }
+    for _ in 0..RELEASES {
+        if mender.poor(MENDED_QUAD).is_empty() {
+            break;
+        }
+        mender.ground.round_corners(features);
+        report.released += mender.release();
+        report.patches += mender.work(LAST_EFFORT)?;
+    }
     report.poor_after = mender.poor(MENDED_QUAD).len();
-    if report.patches > 0 {
+    if report.patches + report.released > 0 {
         mender.quilt.write_to(mesh, surface);
     }
+    report.warn(watch);
     Ok(report)
 }
 
@@ -128,7 +163,7 @@ fn is_fine(mesh: &PolygonMesh) -> bool {
 
 struct Mender<'a> {
     quilt: Quilt,
-    ground: &'a Ground,
+    ground: Ground,
     watch: &'a Watch,
 }
 
@@ -165,6 +200,17 @@ impl Mender<'_> {
             }
         }
         Ok(patches)
+    }
+
+    /// Gives up the edges along features at the polygons that are poor; returns how many.
+    fn release(&mut self) -> usize {
+        let mut released = 0;
+        for polygon in self.poor(MENDED_QUAD) {
+            for vertex in self.quilt.vertices(polygon).to_vec() {
+                released += self.quilt.release_lines_at(vertex);
+            }
+        }
+        released
     }
 
     /// The polygons below a quality, the worst first.
@@ -291,7 +337,7 @@ impl Mender<'_> {
             sweeps: SWEEPS,
             ..ShapeOptions::default()
         };
-        let mut run = Run::new(self.ground, &net, &origins, options, is_held);
+        let mut run = Run::new(&self.ground, &net, &origins, options, is_held);
         run.settle(effort.raising_rounds, self.watch)?;
         let lack = run.qualities().map(lack).sum();
         let places = run.origins().map(|origin| self.ground.place(origin));

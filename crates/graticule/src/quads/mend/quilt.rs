@@ -85,6 +85,30 @@ impl Quilt {
         self.lines.contains(&ordered(from, to))
     }
 
+    /// Makes common edges of those along features at a vertex; returns how many there were.
+    pub(super) fn release_lines_at(&mut self, vertex: u32) -> usize {
+        let around = self.around(vertex).iter();
+        let released: Vec<[u32; 2]> = around
+            .flat_map(|&polygon| sides(self.vertices(polygon)))
+            .filter(|side| side.contains(&vertex) && self.beyond(*side).is_some())
+            .map(|[from, to]| ordered(from, to))
+            .collect();
+        let mut count = 0;
+        for edge in released {
+            count += usize::from(self.lines.remove(&edge));
+            for end in edge {
+                self.held[end as usize] = self.is_on_line(end);
+            }
+        }
+        count
+    }
+
+    fn is_on_line(&self, vertex: u32) -> bool {
+        let mut around = self.around(vertex).iter();
+        let is_line_here = |side: [u32; 2]| side.contains(&vertex) && self.is_line(side);
+        around.any(|&polygon| sides(self.vertices(polygon)).any(is_line_here))
+    }
+
     /// The polygon that runs along a side in the other direction.
     pub(super) fn beyond(&self, [from, to]: [u32; 2]) -> Option<u32> {
         let has_side =
@@ -136,8 +160,9 @@ impl Quilt {
         }
     }
 
-    /// Writes the polygons and places down; the feature edges of `mesh` are still there.
+    /// Writes the polygons and places down, and which feature edges of `mesh` are still there.
     pub(super) fn write_to(self, mesh: &mut PolygonMesh, surface: &Surface) {
+        mesh.feature_edges.retain(|edge| self.lines.contains(edge));
         mesh.polygons = Polygons::default();
         for polygon in self.polygons.iter().filter(|polygon| !polygon.is_empty()) {
             mesh.polygons.push(polygon);

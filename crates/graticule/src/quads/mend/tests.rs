@@ -108,6 +108,32 @@ fn a_straight_corner_on_a_feature_gets_an_edge_and_the_feature_stays() {
     }
 }
 
+/// A square of 4 × 4 quads whose vertex in the middle lies beyond a corner of one of them.
+fn inverted_quad() -> (Vec<[f64; 2]>, Vec<[u32; 4]>) {
+    let mut points: Vec<[f64; 2]> = (0..25)
+        .map(|k| [f64::from(k % 5), f64::from(k / 5)])
+        .collect();
+    points[12] = [3.2, 3.2];
+    let quad = |k: u32| [k, k + 1, k + 6, k + 5];
+    let quads = (0..20).filter(|k| k % 5 < 4).map(quad).collect();
+    (points, quads)
+}
+
+#[test]
+fn features_that_hold_a_quad_inverted_are_given_up() {
+    let surface = surface_of(&grid(4.0, 4.0, 8, 8));
+    let (points, quads) = inverted_quad();
+    let mut mesh = mesh_on(&surface, &points, &quads);
+    // Where four lines meet a vertex stays; nothing can be cut anew across them.
+    mesh.feature_edges = vec![[7, 12], [11, 12], [12, 13], [12, 17]];
+    let watch = Watch::new();
+    let report = mend(&mut mesh, &surface, &[], &watch).unwrap();
+    assert_eq!((report.released, report.poor_after), (4, 0));
+    assert!(least(&mesh) > 0.5 && mesh.feature_edges.is_empty());
+    assert_eq!(watch.warnings()[0].code, "released-features");
+    mesh.check(&surface).unwrap();
+}
+
 #[test]
 fn a_vertex_between_two_folded_quads_goes() {
     // A strip of quads with a vertex in a quad's middle that only two quads have, drawn out beyond a

@@ -40,18 +40,23 @@ impl CornerTerm {
         out.length() * back.length()
     }
 
-    /// The sine of the corner's angle over that of the angle it should have; 0 without sides.
+    /// The sine of the corner's angle over that of the angle it should have. A corner without sides
+    /// counts as the worst: an inverted one can be turned back, two vertices in one place seldom part.
     pub(super) fn sine(&self, x: DVec3) -> f64 {
         let extent = self.extent(x);
         if extent > 0.0 {
             self.area(x) / (extent * self.angle.1)
         } else {
-            0.0
+            -1.0
         }
     }
 
-    /// The mean ratio: 1 at the best, 0 for a corner without area, negative for an inverted one.
+    /// The mean ratio: 1 at the best, 0 for a corner without area, negative for an inverted one and
+    /// for one without sides.
     pub(super) fn mean_ratio(&self, x: DVec3) -> f64 {
+        if self.extent(x) <= 0.0 {
+            return -1.0;
+        }
         let squares = self.squares(self.sides(x));
         2.0 * self.angle.1 * self.area(x) / squares.max(f64::MIN_POSITIVE)
     }

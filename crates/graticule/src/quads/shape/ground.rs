@@ -3,6 +3,7 @@ use glam::DVec3;
 use super::lines::Lines;
 use crate::geometry::{normalized, vertex_normals};
 use crate::mesh::{EdgeId, PerVertex, Surface, SurfacePoint};
+use crate::tolerance;
 
 /// A vertex on the surface.
 #[derive(Clone, Copy, Debug)]
@@ -24,12 +25,17 @@ impl Ground {
     pub(in crate::quads) fn of(surface: &Surface, features: &[EdgeId]) -> Self {
         let (surface, _) = normalized(surface);
         let normals = vertex_normals(&surface);
-        let lines = Lines::new(&surface, features);
+        let lines = Lines::new(&surface, features, tolerance::LINE_CORNER_COSINE);
         Self {
             surface,
             normals,
             lines,
         }
+    }
+
+    /// Lets vertices slide round the corners of lines: an edge may then cut a corner off.
+    pub(in crate::quads) fn round_corners(&mut self, features: &[EdgeId]) {
+        self.lines = Lines::new(&self.surface, features, f64::NEG_INFINITY);
     }
 
     pub(in crate::quads) fn place(&self, origin: SurfacePoint) -> Place {

@@ -15,7 +15,8 @@ pub(super) struct Lines {
 }
 
 impl Lines {
-    pub(super) fn new(surface: &Surface, features: &[EdgeId]) -> Self {
+    /// Vertices pass where a line turns by less than the angle with the cosine `corner`.
+    pub(super) fn new(surface: &Surface, features: &[EdgeId], corner: f64) -> Self {
         let mesh = surface.mesh();
         let mut on_line = PerEdge::from_fn(mesh.edge_count(), |edge| mesh.is_boundary_edge(edge));
         for &edge in features {
@@ -35,7 +36,7 @@ impl Lines {
         }
         let passing = PerVertex::from_fn(mesh.vertex_count(), |vertex| {
             let (count, edges) = at_vertex[vertex];
-            (count == 2 && goes_on(surface, vertex, edges)).then_some(edges)
+            (count == 2 && straightness(surface, vertex, edges) > corner).then_some(edges)
         });
         Self { on_line, passing }
     }
@@ -56,6 +57,9 @@ impl Lines {
 
     /// The point reached from the line's halfedge by walking along the line, as far as every step
     /// comes nearer to `target`.
+    ///
+    /// At a corner, from which no vertex could move on and where another one may be, it stays a
+    /// little before the end.
     pub(super) fn slide_towards(
         &self,
         surface: &Surface,
@@ -79,6 +83,7 @@ impl Lines {
                 break;
             };
             let Some(edges) = self.passing[end] else {
+                share = share.clamp(tolerance::BEFORE_CORNER, 1.0 - tolerance::BEFORE_CORNER);
                 break;
             };
             let here = mesh.edge(halfedge);
@@ -93,13 +98,13 @@ impl Lines {
     }
 }
 
-/// Whether a line keeps its direction at a vertex, more or less.
-fn goes_on(surface: &Surface, vertex: VertexId, edges: [EdgeId; 2]) -> bool {
+/// The cosine of the turn of a line at a vertex.
+fn straightness(surface: &Surface, vertex: VertexId, edges: [EdgeId; 2]) -> f64 {
     let mesh = surface.mesh();
     let [first, second] = edges.map(|edge| {
         let [a, b] = mesh.ends(mesh.edge_halfedge(edge));
         let other = if a == vertex { b } else { a };
         (surface.position(other) - surface.position(vertex)).normalize_or_zero()
     });
-    -first.dot(second) > tolerance::LINE_CORNER_COSINE
+    -first.dot(second)
 }

@@ -71,7 +71,7 @@ fn facing(normal: DVec3, of_surface: DVec3) -> DVec3 {
     }
 }
 
-/// The sine of the angle at a corner, negative where the corner is inverted; 0 where a side has no
+/// The sine of the angle at a corner, negative where the corner is inverted; -1 where a side has no
 /// length.
 fn corner_sine([before, corner, after]: [DVec3; 3], normal: DVec3) -> f64 {
     let [out, back] = [after - corner, before - corner];
@@ -79,6 +79,6 @@ fn corner_sine([before, corner, after]: [DVec3; 3], normal: DVec3) -> f64 {
     if lengths > 0.0 {
         out.cross(back).dot(normal) / lengths
     } else {
-        0.0
+        -1.0
     }
 }
