@@ -12,7 +12,7 @@ use clap::Args;
 use serde_json::Value;
 
 use crate::Trouble;
-use crate::bench::{rings};
+use crate::bench::rings;
 
 /// Options of `cargo xtask growth`.
 #[derive(Args, Debug)]
