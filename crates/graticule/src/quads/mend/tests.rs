@@ -108,7 +108,7 @@ fn a_straight_corner_on_a_feature_gets_an_edge_and_the_feature_stays() {
     }
 }
 
-/// A square of 4 × 4 quads whose vertex in the middle lies beyond a corner of one of them.
+/// A square of 4 × 4 quads whose vertex in the middle lies beyond the far corner of one of them.
 fn inverted_quad() -> (Vec<[f64; 2]>, Vec<[u32; 4]>) {
     let mut points: Vec<[f64; 2]> = (0..25)
         .map(|k| [f64::from(k % 5), f64::from(k / 5)])
@@ -124,13 +124,14 @@ fn features_that_hold_a_quad_inverted_are_given_up() {
     let surface = surface_of(&grid(4.0, 4.0, 8, 8));
     let (points, quads) = inverted_quad();
     let mut mesh = mesh_on(&surface, &points, &quads);
-    // Where four lines meet a vertex stays; nothing can be cut anew across them.
-    mesh.feature_edges = vec![[7, 12], [11, 12], [12, 13], [12, 17]];
+    // The surface has no edges there to slide along, and nothing is cut anew across the lines.
+    mesh.feature_edges = vec![[12, 13], [12, 17], [13, 18], [17, 18]];
     let watch = Watch::new();
     let report = mend(&mut mesh, &surface, &[], &watch).unwrap();
     assert_eq!((report.released, report.poor_after), (4, 0));
-    assert!(least(&mesh) > 0.5 && mesh.feature_edges.is_empty());
-    assert_eq!(watch.warnings()[0].code, "released-features");
+    assert!(least(&mesh) >= MENDED_QUAD && mesh.feature_edges.is_empty());
+    let is_told = |warning: &crate::watch::Warning| warning.code == "released-features";
+    assert!(watch.warnings().iter().any(is_told));
     mesh.check(&surface).unwrap();
 }
 
