@@ -22,7 +22,7 @@ use crate::Trouble;
 use crate::source::read;
 use jobs::Job;
 use run::{Limits, Program};
-use table::{Row, Table};
+use table::{AcceptedTable, Row, Table};
 
 /// Endings of the names of files that are run.
 const MESH_EXTENSIONS: [&str; 7] = ["glb", "gltf", "meshb", "obj", "off", "ply", "stl"];
@@ -32,13 +32,13 @@ const MESH_EXTENSIONS: [&str; 7] = ["glb", "gltf", "meshb", "obj", "off", "ply",
 pub(crate) struct Options {
     /// Folder of meshes; by default `$GRATICULE_CORPUS`, or else `../shared/meshes`
     folder: Option<PathBuf>,
-    /// Take the outcome as the accepted table
+    /// Take the outcome as the accepted one of the files and runs that were run
     #[arg(long)]
     accept: bool,
-    /// Only files whose path contains this text (nothing is accepted then)
+    /// Only files whose path contains this text
     #[arg(long, value_name = "TEXT")]
     only: Option<String>,
-    /// Leave slow runs out on large files (nothing is accepted then)
+    /// Leave slow runs out on large files
     #[arg(long)]
     selection: bool,
     /// Runs at the same time
@@ -169,9 +169,14 @@ fn finish(
     let mut faults = table.broken_promises();
     faults.extend(expectations::unmet_expectations(table, expectations));
     let accepted = root.join("xtask/corpus.json");
-    let whole = options.only.is_none() && !options.selection;
-    if options.accept && whole {
-        table.accept(&accepted)?;
+    if options.accept {
+        let whole = options.only.is_none() && !options.selection;
+        let kept = if whole || !accepted.is_file() {
+            AcceptedTable::new()
+        } else {
+            Table::accepted(&read(&accepted)?)?
+        };
+        table.accept(kept, &accepted)?;
     } else if accepted.is_file() {
         let accepted = Table::accepted(&read(&accepted)?)?;
         faults.extend(table.differences(&accepted, options.only.is_none()));

@@ -88,7 +88,8 @@ pub(super) struct Accepted {
     flipped: Option<u64>,
 }
 
-type AcceptedTable = BTreeMap<String, BTreeMap<String, Accepted>>;
+/// What is remembered of all runs, by file and name.
+pub(super) type AcceptedTable = BTreeMap<String, BTreeMap<String, Accepted>>;
 
 /// The outcomes of all files.
 pub(super) struct Table {
@@ -170,9 +171,12 @@ impl Table {
         accepted
     }
 
-    /// Makes this table the accepted one.
-    pub(super) fn accept(&self, path: &Path) -> Result<(), Trouble> {
-        let json = serde_json::to_string_pretty(&self.to_accepted());
+    /// Makes the outcomes of this table the accepted ones; of `kept`, those of other runs stay.
+    pub(super) fn accept(&self, mut kept: AcceptedTable, path: &Path) -> Result<(), Trouble> {
+        for (file, runs) in self.to_accepted() {
+            kept.entry(file).or_default().extend(runs);
+        }
+        let json = serde_json::to_string_pretty(&kept);
         let json = json.map_err(|error| Trouble(error.to_string()))?;
         fs::write(path, json + "\n").map_err(|error| Trouble::reading(path, &error))
     }
@@ -296,6 +300,19 @@ mod tests {
                 .len(),
             1
         );
+    }
+
+    #[test]
+    fn accepting_a_part_keeps_what_was_not_run() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("accepted.json");
+        let mut kept = table(Verdict::Refused, 0).to_accepted();
+        let other = kept["a.obj"].clone();
+        kept.insert("b.obj".into(), other);
+        table(Verdict::Ok, 0).accept(kept, &path).unwrap();
+        let accepted = Table::accepted(&fs::read_to_string(&path).unwrap()).unwrap();
+        assert_eq!(accepted["a.obj"]["flatten"].verdict, Verdict::Ok);
+        assert_eq!(accepted["b.obj"]["flatten"].verdict, Verdict::Refused);
     }
 
     #[test]
