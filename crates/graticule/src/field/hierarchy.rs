@@ -290,7 +290,7 @@ impl Groups {
     fn may_begin(&self, graph: &PhaseGraph, node: usize, wants_whole: bool) -> bool {
         let is_taken = |node: usize| self.members[node].is_assigned();
         let mut around = strong(graph, node).map(|coupling| coupling.node as usize);
-        !is_taken(node) && !(wants_whole && around.any(is_taken))
+        !(is_taken(node) || wants_whole && around.any(is_taken))
     }
 
     /// Makes a group of each of some images. Whole groups that would overlap are not made; else

@@ -197,7 +197,7 @@ impl<'a> Components<'a> {
         let mut faces: Vec<FaceId> = mesh.faces().collect();
         faces.sort_by_key(|&face| topology.face_components[face]);
         let mut starts = vec![0; topology.components.len() + 1];
-        for component in topology.face_components.iter() {
+        for component in &topology.face_components {
             starts[component.index() + 1] += 1;
         }
         for component in 0..topology.components.len() {
