@@ -351,7 +351,9 @@ impl<'a> Ground<'a> {
         for _ in 0..rings {
             let mut is_beside = PerVertex::filled(mesh.vertex_count(), false);
             for face in mesh.faces().filter(|&face| !counts[face]) {
-                mesh.triangle(face).map(|vertex| is_beside[vertex] = true);
+                for vertex in mesh.triangle(face) {
+                    is_beside[vertex] = true;
+                }
             }
             counts = PerFace::from_fn(mesh.face_count(), |face| {
                 !mesh.triangle(face).iter().any(|&vertex| is_beside[vertex])
