@@ -119,8 +119,8 @@ mod tests {
     fn steps_over_the_number_are_narrowed_down() {
         // Corrections by the share alone would go to and fro between 450 and 550.
         let made = |tried: usize| match tried {
-            0..490 => 450,
-            490..500 => 505,
+            0..470 => 450,
+            470..500 => 505,
             _ => 550,
         };
         let (found, rounds) = found_by(500, made);
