@@ -11,7 +11,7 @@ use crate::periodic::{
     ChartSize, GridDensity, GridMap, IntegerGridOptions, ParameterizationReport,
     ParameterizeOptions, integer_grid_map, parameterize,
 };
-use crate::quads::{NetCells, all_features, field_with_room};
+use crate::quads::{NetCells, all_features};
 use crate::watch::Watch;
 
 /// The map whose lines a layout follows.
@@ -113,9 +113,7 @@ pub fn chart_layout(
     watch: &Watch,
 ) -> Result<LaidOut, LayoutError> {
     let _stage = watch.stage("chart layout");
-    let density = density(surface, options.coordinates.chart_size);
-    let wanted = field_with_room(surface, &options.field, density);
-    let field = cross_field(surface, &wanted, watch)?;
+    let field = cross_field(surface, &options.field, watch)?;
     let mut features = all_features(surface, &options.field);
     features.extend(&options.coordinates.features);
     features.sort_unstable();

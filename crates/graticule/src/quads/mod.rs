@@ -39,8 +39,8 @@ pub(crate) use net_cells::NetCells;
 pub(crate) use overlay::ArcKind as NetArcKind;
 pub use polygon_mesh::PolygonMesh;
 pub use purify::{CutReport, pure_quads, quad_dominant};
+pub(crate) use remesh::all_features;
 pub use remesh::{QuadMode, RemeshError, RemeshOptions, RemeshReport, Remeshed, remesh};
-pub(crate) use remesh::{all_features, field_with_room};
 pub use shape::{Net, ShapeError, ShapeOptions, ShapeQuality, ShapeReport, Shaped, shape};
 
 #[cfg(test)]

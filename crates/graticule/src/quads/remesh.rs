@@ -182,8 +182,7 @@ fn remesh_fine(
     options: &RemeshOptions,
     watch: &Watch,
 ) -> Result<Remeshed, RemeshError> {
-    let wanted = field_with_room(surface, &options.field, options.density);
-    let field = cross_field(surface, &wanted, watch)?;
+    let field = cross_field(surface, &field_options(surface, options), watch)?;
     let features = all_features(surface, &options.field);
     let map_options = IntegerGridOptions {
         density: options.density,
@@ -209,18 +208,13 @@ fn remesh_fine(
     })
 }
 
-/// The options of a field in which pairs of singularities cancel that the cells of a net have no room
-/// for.
-pub(crate) fn field_with_room(
-    surface: &Surface,
-    field: &FieldOptions,
-    density: GridDensity,
-) -> FieldOptions {
-    let side = side_length(surface, density);
-    let cancel_length = field.cancel_length.max(CLOSE_PAIR_IN_QUADS * side);
+/// The options of the field, where pairs of singularities that the quads have no room for cancel.
+fn field_options(surface: &Surface, options: &RemeshOptions) -> FieldOptions {
+    let side = side_length(surface, options.density);
+    let cancel_length = options.field.cancel_length.max(CLOSE_PAIR_IN_QUADS * side);
     FieldOptions {
         cancel_length,
-        ..field.clone()
+        ..options.field.clone()
     }
 }
 

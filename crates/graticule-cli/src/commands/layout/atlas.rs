@@ -172,12 +172,11 @@ impl Atlas {
     fn checker(&self) -> PerCorner<DVec2> {
         let placements = &self.packed.placements;
         if self.keeps_net {
-            let squares = placements.iter().zip(self.maps.squares());
-            let spacings = squares.filter(|(_, square)| square.keeps_net);
-            let unit =
-                (spacings.map(|(placement, square)| square.size.x / placement.size.x)).last();
+            let mut squares = placements.iter().zip(self.maps.squares());
+            let kept = squares.find(|(_, square)| square.keeps_net);
+            let unit = kept.map_or(1.0, |(placement, square)| square.size.x / placement.size.x);
             // Two at least: the pattern repeats at whole coordinates.
-            let count = (SQUARES_ON_NET * unit.unwrap_or(1.0)).round().max(2.0);
+            let count = (SQUARES_ON_NET * unit).round().max(2.0);
             return self.packed.corner_uv.map(|&uv| uv * count);
         }
         let area: f64 = placements.iter().map(|p| p.size.x * p.size.y).sum();
