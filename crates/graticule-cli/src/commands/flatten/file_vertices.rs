@@ -78,7 +78,7 @@ impl<'a> FileVertices<'a> {
                 "name other vertices with --pin, or use --method spectral"
             }
             FlattenError::TooThin { .. } => {
-                "use --method natural with up to 60000 vertices, or --method fixed"
+                "take no more than 60000 vertices, or use --method fixed"
             }
             FlattenError::Geometry(_) => "use --intrinsic-delaunay",
             FlattenError::Solve(ref reason @ SolveError::OutOfMemory { .. }) => {
