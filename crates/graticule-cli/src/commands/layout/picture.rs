@@ -83,7 +83,7 @@ fn complex_panel(layout: &ChartLayout, complex: &BaseComplex, seen_as: &Panel) -
         shading: Shading::Flat,
     };
     let nodes = mesh.positions.clone();
-    Panel::new(seen_as.eye.clone(), vec![fans.into(), edges.into()]).with_layer(node_dots(nodes))
+    Panel::new(seen_as.eye, vec![fans.into(), edges.into()]).with_layer(node_dots(nodes))
 }
 
 fn node_dots(positions: Vec<DVec3>) -> Points {
