@@ -27,6 +27,9 @@ struct Tube([DVec2; 4], [f64; 2]);
 /// Straight pieces that a tube is made of.
 const PIECES: u32 = 32;
 
+/// The ends of the pieces, with the radius there.
+type Pieces = Vec<(DVec3, f64)>;
+
 const BODY: Ellipsoid = Ellipsoid(DVec3::ZERO, DVec3::new(1.0, 0.78, 1.0));
 const FOOT: Ellipsoid = Ellipsoid(DVec3::new(0.0, -0.72, 0.0), DVec3::new(0.6, 0.13, 0.6));
 const LID: Ellipsoid = Ellipsoid(DVec3::new(0.0, 0.66, 0.0), DVec3::new(0.56, 0.24, 0.56));
@@ -54,25 +57,68 @@ const HANDLE: Tube = Tube(
 
 /// The teapot from a grid of `cells` cells along its longest side; about `4 cells²` triangles.
 pub(crate) fn teapot(cells: u32) -> Result<Surface, MeshError> {
-    let (points, triangles) = Grid::new(cells).surface();
+    let shape = Shape::new();
+    let (mut points, triangles) = Grid::new(&shape, cells).surface();
     let mesh = TriangleMesh::new(points.len(), &triangles)?;
-    let mut points = points;
     for _ in 0..SMOOTHING_ROUNDS {
         points = mesh
             .vertices()
-            .map(|vertex| relaxed(&mesh, &points, vertex))
+            .map(|vertex| shape.relaxed(&mesh, &points, vertex))
             .collect();
     }
     Surface::from_triangles(points, &triangles)
 }
 
-/// Below 0 inside the teapot, above outside; near its surface about the distance.
-fn level(point: DVec3) -> f64 {
-    let vessel = blended(BODY.level(point), FOOT.level(point), 0.12);
-    let lid = blended(LID.level(point), KNOB.level(point), 0.1);
-    let pot = blended(vessel, lid, 0.06);
-    let pot = blended(pot, SPOUT.level(point), 0.3);
-    blended(pot, HANDLE.level(point), 0.16)
+/// The function whose zeros the teapot is.
+struct Shape {
+    spout: Pieces,
+    handle: Pieces,
+}
+
+impl Shape {
+    fn new() -> Self {
+        Self {
+            spout: SPOUT.pieces(),
+            handle: HANDLE.pieces(),
+        }
+    }
+
+    /// Below 0 inside the teapot, above outside; near its surface about the distance.
+    fn level(&self, point: DVec3) -> f64 {
+        let vessel = blended(BODY.level(point), FOOT.level(point), 0.12);
+        let lid = blended(LID.level(point), KNOB.level(point), 0.1);
+        let pot = blended(vessel, lid, 0.06);
+        let pot = blended(pot, level_of_pieces(&self.spout, point), 0.3);
+        blended(pot, level_of_pieces(&self.handle, point), 0.16)
+    }
+
+    /// The direction in which the level grows, by differences; of about unit length.
+    fn slope(&self, point: DVec3) -> DVec3 {
+        const STEP: f64 = 1e-4;
+        let change = |axis: DVec3| {
+            let ends = [1.0, -1.0].map(|side| self.level(point + axis * (side * STEP)));
+            (ends[0] - ends[1]) / (2.0 * STEP)
+        };
+        DVec3::new(change(DVec3::X), change(DVec3::Y), change(DVec3::Z))
+    }
+
+    /// The point of the surface that the slope leads to.
+    fn dropped(&self, mut point: DVec3) -> DVec3 {
+        for _ in 0..NEWTON_STEPS {
+            let slope = self.slope(point);
+            point -= slope * (self.level(point) / slope.length_squared());
+        }
+        point
+    }
+
+    /// The middle of a vertex's neighbours, dropped onto the surface.
+    fn relaxed(&self, mesh: &TriangleMesh, points: &[DVec3], vertex: VertexId) -> DVec3 {
+        let neighbors: Vec<DVec3> = mesh
+            .neighbors(vertex)
+            .map(|v| points[v.0 as usize])
+            .collect();
+        self.dropped(neighbors.iter().sum::<DVec3>() / neighbors.len() as f64)
+    }
 }
 
 /// The lesser of two levels, with a round transition where they differ by less than `width`.
@@ -102,53 +148,34 @@ impl Tube {
         (middle.extend(0.0), start + (end - start) * share)
     }
 
-    fn level(&self, point: DVec3) -> f64 {
-        let share = |piece: u32| f64::from(piece) / f64::from(PIECES);
-        let levels = (0..PIECES).map(|piece| {
-            let [(from, start), (to, end)] = [piece, piece + 1].map(|end| self.at(share(end)));
-            let along = to - from;
-            let offset = point - from;
-            let share = (offset.dot(along) / along.length_squared()).clamp(0.0, 1.0);
-            (offset - along * share).length() - (start + (end - start) * share)
-        });
-        levels.fold(f64::INFINITY, f64::min)
+    fn pieces(&self) -> Pieces {
+        let share = |end: u32| f64::from(end) / f64::from(PIECES);
+        (0..=PIECES).map(|end| self.at(share(end))).collect()
     }
 }
 
-/// The direction in which the level grows, by differences; of about unit length.
-fn slope(point: DVec3) -> DVec3 {
-    const STEP: f64 = 1e-4;
-    let change = |axis: DVec3| (level(point + axis * STEP) - level(point - axis * STEP)) / 2e-4;
-    DVec3::new(change(DVec3::X), change(DVec3::Y), change(DVec3::Z))
-}
-
-/// The point of the surface that the slope leads to.
-fn dropped(mut point: DVec3) -> DVec3 {
-    for _ in 0..NEWTON_STEPS {
-        let slope = slope(point);
-        point -= slope * (level(point) / slope.length_squared());
-    }
-    point
-}
-
-/// The middle of a vertex's neighbours, dropped onto the surface.
-fn relaxed(mesh: &TriangleMesh, points: &[DVec3], vertex: VertexId) -> DVec3 {
-    let neighbors: Vec<DVec3> = mesh
-        .neighbors(vertex)
-        .map(|v| points[v.0 as usize])
-        .collect();
-    dropped(neighbors.iter().sum::<DVec3>() / neighbors.len() as f64)
+/// The least level of cones.
+fn level_of_pieces(pieces: &[(DVec3, f64)], point: DVec3) -> f64 {
+    let levels = pieces.windows(2).map(|piece| {
+        let [(from, start), (to, end)] = [piece[0], piece[1]];
+        let along = to - from;
+        let offset = point - from;
+        let share = (offset.dot(along) / along.length_squared()).clamp(0.0, 1.0);
+        (offset - along * share).length() - (start + (end - start) * share)
+    });
+    levels.fold(f64::INFINITY, f64::min)
 }
 
 /// A grid of cubes around the teapot, with the level at its points.
-struct Grid {
+struct Grid<'a> {
+    shape: &'a Shape,
     side: f64,
     counts: [u32; 3],
     levels: Vec<f64>,
 }
 
-impl Grid {
-    fn new(cells: u32) -> Self {
+impl<'a> Grid<'a> {
+    fn new(shape: &'a Shape, cells: u32) -> Self {
         let extent = BOX[1] - BOX[0];
         let side = extent.max_element() / f64::from(cells);
         // Whole cells over the longest side, as many as are needed over the others.
@@ -160,13 +187,14 @@ impl Grid {
             count + 1
         });
         let mut grid = Self {
+            shape,
             side,
             counts,
             levels: Vec::new(),
         };
         let [x, y, z] = counts;
         let places = (0..x).flat_map(|i| (0..y).flat_map(move |j| (0..z).map(move |k| [i, j, k])));
-        grid.levels = places.map(|at| level(grid.point(at))).collect();
+        grid.levels = places.map(|at| shape.level(grid.point(at))).collect();
         grid
     }
 
@@ -190,7 +218,10 @@ impl Grid {
         let mut points = Vec::new();
         let mut number = |cell: [u32; 3]| {
             *numbers.entry(cell).or_insert_with(|| {
-                points.push(dropped(self.point(cell) + DVec3::splat(0.5 * self.side)));
+                points.push(
+                    self.shape
+                        .dropped(self.point(cell) + DVec3::splat(0.5 * self.side)),
+                );
                 points.len() as u32 - 1
             })
         };
@@ -265,8 +296,9 @@ mod tests {
 
     #[test]
     fn its_vertices_lie_where_the_function_vanishes() {
-        let surface = teapot(48).unwrap();
-        let levels = surface.positions().iter().map(|&point| level(point).abs());
+        let (surface, shape) = (teapot(48).unwrap(), Shape::new());
+        let levels = surface.positions().iter();
+        let levels = levels.map(|&point| shape.level(point).abs());
         let worst = levels.fold(0.0, f64::max);
         assert!(worst < 1e-4, "{worst}");
     }

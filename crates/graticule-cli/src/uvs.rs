@@ -182,7 +182,11 @@ mod tests {
         let fan = graticule_fixtures::icosphere(1);
         let mesh = TriangleMesh::new(fan.positions.len(), &fan.triangles).unwrap();
         let uvs = PerCorner::from_fn(mesh.halfedge_count(), |corner: HalfedgeId| {
-            let zero = if corner.0.is_multiple_of(2) { 0.0 } else { -0.0 };
+            let zero = if corner.0.is_multiple_of(2) {
+                0.0
+            } else {
+                -0.0
+            };
             DVec2::new(f64::from(corner.0 % 3), zero)
         });
         let (values, value_of_corner) = distinct_at_vertices(&mesh, &uvs);
