@@ -70,8 +70,9 @@ pub struct SmoothingReport {
 /// iterations for the smoothest field there is. On each finer level every vector is moved in turn to
 /// its best place among its neighbours, which never raises the functional.
 ///
-/// A mirrored surface gets a mirrored field, to rounding, as far as guidance reaches: groups are
-/// mirrored, and images take their turns at once.
+/// A mirrored surface gets a mirrored field, as far as guidance reaches: groups are mirrored, and
+/// images take their turns at once. With one level it is mirrored to rounding, with more to some
+/// thousandths of a radian, as sweeps end before the last digit is at rest.
 ///
 /// `positions` order vertices and the factorisation; they have no other influence on the field.
 ///
