@@ -44,7 +44,7 @@ pub(super) const REPORT_OUT: &str = "report.json";
 pub(super) const PICTURE_OUT: &str = "picture.png";
 
 /// Above this many bytes a file is large.
-const LARGE_FILE: u64 = 1 << 20;
+const LARGE_FILE: u64 = 800 << 10;
 
 const PLAIN: Job = Job {
     name: "",

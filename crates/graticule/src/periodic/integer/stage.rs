@@ -115,7 +115,7 @@ impl IntegerGrid {
                 in_vain += 1;
             }
             let is_local = settled.flipped.len() <= most_flips_mended(&self.net.surface);
-            let may_go_on = is_local && self.net.denser_rounds < MOST_DENSER_ROUNDS;
+            let may_go_on = is_local && self.net.denser_rounds < self.net.most_denser_rounds();
             if in_vain == MOST_IN_VAIN
                 || !may_go_on
                 || !self.net.densify(&settled.flipped, settled.density)?
@@ -154,6 +154,9 @@ struct SettledMap {
 
 /// Times that lines are drawn closer together, at most.
 const MOST_DENSER_ROUNDS: usize = 8;
+
+/// The same where each density takes a dozen factorisations.
+const MOST_DENSER_ROUNDS_IN_BATCHES: usize = 2;
 
 /// The most flipped triangles round which lines are drawn closer together. Where there are more,
 /// the density is too low for the whole surface, and each round would cost as much as the map.
@@ -324,20 +327,33 @@ impl Net {
         let mut density = (wanted / self.wished_area()).sqrt();
         let mut best: Option<Solved<'_>> = None;
         let off = |solved: &Solved<'_>| (solved.cells / wanted - 1.0).abs();
-        for tried in 1..=MOST_DENSITIES {
+        let most = self.most_densities();
+        for tried in 1..=most {
             let solved = self.solve(density, watch)?;
             let ratio = (wanted / solved.cells.max(wanted / 16.0)).sqrt();
             density *= ratio;
             if best.as_ref().is_none_or(|best| off(&solved) < off(best)) {
                 best = Some(solved);
             }
-            if let Some(good) =
-                best.take_if(|best| off(best) < CELLS_AGREEMENT || tried == MOST_DENSITIES)
-            {
+            if let Some(good) = best.take_if(|best| off(best) < CELLS_AGREEMENT || tried == most) {
                 return Ok((good, tried));
             }
         }
         unreachable!("the last density tried ends the search")
+    }
+
+    fn most_densities(&self) -> usize {
+        match self.solver {
+            Solver::Dense { .. } => MOST_DENSITIES,
+            Solver::Batches(_) => MOST_DENSITIES_IN_BATCHES,
+        }
+    }
+
+    fn most_denser_rounds(&self) -> usize {
+        match self.solver {
+            Solver::Dense { .. } => MOST_DENSER_ROUNDS,
+            Solver::Batches(_) => MOST_DENSER_ROUNDS_IN_BATCHES,
+        }
     }
 
     /// The area of the map that the wishes have at a density of 1.
@@ -472,6 +488,9 @@ impl Net {
 
 /// Densities tried at most for a number of quads.
 const MOST_DENSITIES: usize = 6;
+
+/// The same where each takes a dozen factorisations.
+const MOST_DENSITIES_IN_BATCHES: usize = 3;
 
 /// The share by which the number of cells may miss the one asked for.
 const CELLS_AGREEMENT: f64 = 0.02;
