@@ -562,3 +562,10 @@ pub const WHOLE_LENGTH: f64 = 1e-6;
 /// What it gives way by is a hundred-thousandth of a line spacing: no matter for rounding, and the
 /// matrix keeps ten of its sixteen digits.
 pub const STIFF_EQUATION: f64 = 1e5;
+
+/// Extents whose squares and inverse squares are far from overflow.
+pub const MEASURABLE_EXTENTS: std::ops::RangeInclusive<f64> = 1e-140..=1e140;
+
+/// The least extent of a component over that of the surface for it to be remeshed with the others:
+/// four of sixteen digits are left for it.
+pub const LEAST_COMPONENT_EXTENT: f64 = 1e-12;

@@ -148,10 +148,12 @@ fn read_text(text: Text<'_>, draft: &mut Draft) -> Result<(), ReadError> {
         names: LabelRuns::default(),
     };
     let mut open = false;
+    let mut larger = 0_usize;
     while let Some(word) = reader.text.any_word()? {
         let polygons = draft.soup.polygons.len();
         if reader.is(&word, b"facet") {
             let corners = reader.facet(polygons)?;
+            larger += usize::from(corners.len() > 3);
             push_polygon(&mut draft.soup.polygons, &corners)?;
         } else if reader.is(&word, b"solid") {
             let name = reader.text.rest_of_line()?;
@@ -163,6 +165,12 @@ fn read_text(text: Text<'_>, draft: &mut Draft) -> Result<(), ReadError> {
         } else {
             return Err(reader.unexpected("facet, solid or endsolid", &word));
         }
+    }
+    if larger > 0 {
+        draft.warn(
+            "facets-not-triangles",
+            format!("{larger} facets have more than three vertices, which STL does not allow"),
+        );
     }
     if open {
         draft.warn(

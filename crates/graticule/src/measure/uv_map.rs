@@ -4,9 +4,7 @@ use robust::{Coord, orient2d};
 
 use super::MeasureError;
 use crate::mesh::{Element, FaceId, HalfedgeId, PerCorner, Surface};
-
-/// Extents whose squares and inverse squares are far from overflow.
-const EXTENTS: std::ops::RangeInclusive<f64> = 1e-140..=1e140;
+use crate::tolerance::MEASURABLE_EXTENTS;
 
 /// Which side of the line from `a` to `b` the point `c` lies on: 1 left, -1 right, 0 on it.
 ///
@@ -186,7 +184,7 @@ pub(super) fn scale_to_unit(what: &'static str, extent: f64) -> Result<f64, Meas
     if extent == 0.0 {
         return Ok(1.0);
     }
-    if !EXTENTS.contains(&extent) {
+    if !MEASURABLE_EXTENTS.contains(&extent) {
         return Err(MeasureError::ExtentOutOfRange { what, extent });
     }
     Ok(libm::ldexp(1.0, -1 - libm::ilogb(extent)))

@@ -12,6 +12,7 @@ mod count;
 mod doublets;
 mod edge_nodes;
 mod error;
+mod extents;
 mod extract;
 mod features;
 mod finer;

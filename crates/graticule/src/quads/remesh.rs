@@ -1,6 +1,7 @@
 use serde::Serialize;
 
 use super::count::CountSearch;
+use super::extents::check_extents;
 use super::features::clear_features;
 use super::finer::finer_surface;
 use super::{
@@ -13,7 +14,7 @@ use crate::field::{
 };
 use crate::geometry::{face_shapes, total_area};
 use crate::measure::scaled_jacobian;
-use crate::mesh::{EdgeId, PerEdge, Surface};
+use crate::mesh::{EdgeId, FaceId, PerEdge, Surface};
 use crate::periodic::{
     GridDensity, GridMap, IntegerGrid, IntegerGridError, IntegerGridMap, IntegerGridOptions,
     IntegerGridReport,
@@ -113,6 +114,22 @@ pub enum RemeshError {
     /// The polygons could not be shaped.
     #[error(transparent)]
     Shape(#[from] ShapeError),
+    /// Squares of lengths would overflow or vanish.
+    #[error("the extent of the surface is {extent:e}; it can be remeshed from 1e-140 to 1e140")]
+    Extent {
+        /// The largest side of the box around it.
+        extent: f64,
+    },
+    /// A component is next to a point beside the whole surface.
+    #[error(
+        "the component of {face} has {share:e} of the extent of the surface: too few digits to remesh it"
+    )]
+    TinyComponent {
+        /// Its first triangle.
+        face: FaceId,
+        /// Its extent over that of the surface.
+        share: f64,
+    },
     /// The computation was stopped.
     #[error(transparent)]
     Stopped(#[from] Stopped),
@@ -125,6 +142,10 @@ impl Hint for RemeshError {
             Self::Map(error) => error.hint(),
             Self::Quads(error) => error.hint(),
             Self::Shape(error) => error.hint(),
+            Self::Extent { .. } => Some("scale the coordinates to ordinary sizes".into()),
+            Self::TinyComponent { .. } => {
+                Some("remesh it in a file of its own, or take it out".into())
+            }
             Self::Stopped(error) => error.hint(),
         }
     }
@@ -146,6 +167,7 @@ pub fn remesh(
     watch: &Watch,
 ) -> Result<Remeshed, RemeshError> {
     let _stage = watch.stage("remesh");
+    check_extents(surface)?;
     let (options, features) = with_clear_features(surface, options, watch);
     let mut made = match finer_surface(surface, &options, watch)? {
         None => remesh_fine(surface, &options, watch)?,
