@@ -9,6 +9,7 @@ mod growth;
 mod layers;
 mod papers;
 mod picture;
+mod shrink;
 mod source;
 mod table1;
 

@@ -5,11 +5,12 @@ use std::path::Path;
 use std::process::Command;
 
 use crate::Trouble;
+use crate::shrink::shrink;
 
 /// Where the README finds its picture.
 const PICTURE: &str = "docs/demo.png";
 /// A README should open at once.
-const LARGEST: u64 = 400 * 1024;
+const LARGEST: u64 = 600 * 1024;
 
 /// Runs the demo and takes its picture over.
 pub(crate) fn run(root: &Path) -> Result<String, Trouble> {
@@ -23,7 +24,8 @@ pub(crate) fn run(root: &Path) -> Result<String, Trouble> {
     if !status.success() {
         return Err(Trouble(format!("the demo ended with {status}")));
     }
-    let made = folder.path().join("charts.png");
+    let made = folder.path().join("small.png");
+    shrink(&folder.path().join("charts.png"), &made)?;
     let bytes = fs::metadata(&made)
         .map_err(|error| Trouble::reading(&made, &error))?
         .len();
