@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use graticule_fixtures::{Fixture, block_with_holes, bumpy_patch, grid, icosphere, torus, vase};
+use graticule_fixtures::{Fixture, block_with_holes, bumpy_patch, grid, icosphere, vase};
 
 use crate::Trouble;
 use crate::shrink::shrink;
@@ -38,7 +38,7 @@ struct Figure {
     caption: &'static str,
 }
 
-const FIGURES: [Figure; 18] = [
+const FIGURES: [Figure; 16] = [
     Figure {
         name: "overview",
         of: "PGP06, Fig. 1",
@@ -124,20 +124,6 @@ const FIGURES: [Figure; 18] = [
         caption: "Eight thousand.",
     },
     Figure {
-        name: "meshing-edges",
-        of: "PGP06, Fig. 16B",
-        subject: Subject::Made(twisted_torus),
-        command: "parameterize --energy edge --no-refine",
-        caption: "A torus whose triangles run askew: an energy of edges feels how the surface is meshed.",
-    },
-    Figure {
-        name: "meshing-triangles",
-        of: "PGP06, Fig. 16C",
-        subject: Subject::Made(twisted_torus),
-        command: "parameterize --energy triangle --no-refine",
-        caption: "The energy of triangles does not.",
-    },
-    Figure {
         name: "irregular",
         of: "DMA02, Fig. 3",
         subject: Subject::Made(irregular),
@@ -179,16 +165,6 @@ fn sphere() -> Fixture {
 fn block() -> Fixture {
     let coarse = block_with_holes(3);
     coarse.subdivided().subdivided().subdivided().subdivided()
-}
-
-/// A torus whose vertices are moved round its axis, the farther the higher they lie on the tube.
-fn twisted_torus() -> Fixture {
-    torus(1.0, 0.4, 200, 24).map(|p| {
-        let out = p.truncate().length() - 1.0;
-        let angle = libm::atan2(p.z, out);
-        let (sin, cos) = libm::sincos(angle);
-        glam::DVec3::new(p.x * cos - p.y * sin, p.x * sin + p.y * cos, p.z)
-    })
 }
 
 fn irregular() -> Fixture {
