@@ -2,7 +2,7 @@
 
 use graticule_fixtures::{bumpy_patch, cube, disk, icosphere, torus};
 
-use crate::bench::{Bench, obj};
+use crate::bench::Bench;
 
 #[test]
 fn a_patch_is_laid_down_without_flips_and_reported() {
@@ -57,7 +57,7 @@ fn seams_come_from_lines_angles_and_texture_coordinates() {
         6
     );
     let equator = icosphere(1);
-    let text = obj(&equator);
+    let text = equator.to_obj();
     bench.write("lines.obj", &format!("{text}l 1 2\n"));
     bench.succeed("flatten lines.obj -o out2.obj --cut --seam lines --report lines.json");
     let warnings = bench.json("lines.json")["warnings"].to_string();

@@ -1,6 +1,5 @@
 //! A folder to run the command in, and what came of it.
 
-use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -31,7 +30,7 @@ impl Bench {
     /// A folder with the fixture as `patch.obj`.
     pub(crate) fn with(fixture: &Fixture) -> Self {
         let bench = Self::new();
-        bench.write("patch.obj", &obj(fixture));
+        bench.write("patch.obj", &fixture.to_obj());
         bench
     }
 
@@ -111,17 +110,6 @@ impl Bench {
         assert!(hint.starts_with("hint: "), "{words}: {}", run.stderr);
         error.strip_prefix("error: ").unwrap().to_owned()
     }
-}
-
-pub(crate) fn obj(fixture: &Fixture) -> String {
-    let mut text = String::new();
-    for p in &fixture.positions {
-        writeln!(text, "v {} {} {}", p.x, p.y, p.z).unwrap();
-    }
-    for [a, b, c] in &fixture.triangles {
-        writeln!(text, "f {} {} {}", a + 1, b + 1, c + 1).unwrap();
-    }
-    text
 }
 
 /// Whether a file exists and has content.

@@ -2,7 +2,7 @@
 
 use graticule_fixtures::{annulus, bumpy_patch, cube, disk, grid, spherical_cap};
 
-use crate::bench::{Bench, obj};
+use crate::bench::Bench;
 
 #[test]
 fn every_method_lays_a_flat_patch_down_without_distortion_that_it_need_not_have() {
@@ -49,7 +49,7 @@ fn pins_and_corners_go_by_the_numbers_of_the_file() {
     for vertex in disk.triangles.as_flattened_mut() {
         *vertex += 1;
     }
-    bench.write("patch.obj", &obj(&disk));
+    bench.write("patch.obj", &disk.to_obj());
     bench.succeed("flatten patch.obj -o out.obj --pin 8:0,0 --pin 14:5,0");
     let out = bench.read("out.obj");
     assert_near(uv_of_vertex(&out, 8), [0.0, 0.0]);

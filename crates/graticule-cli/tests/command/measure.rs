@@ -2,7 +2,7 @@
 
 use graticule_fixtures::{bumpy_patch, cube};
 
-use crate::bench::{Bench, obj};
+use crate::bench::Bench;
 
 /// A unit square of two triangles with texture coordinates of twice the width.
 const STRETCHED: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 2 0\nvt 2 1\nvt 0 1\n\
@@ -46,13 +46,13 @@ fn a_flip_is_counted() {
 fn a_flat_mesh_is_measured_against_its_reference() {
     let bench = Bench::with(&bumpy_patch(4, 1));
     let flat = bumpy_patch(4, 1).map(|p| glam::DVec3::new(p.x, p.y, 0.0));
-    bench.write("flat.obj", &obj(&flat));
+    bench.write("flat.obj", &flat.to_obj());
     let fact = bench.refuse(1, "measure flat.obj");
     assert!(fact.contains("no texture coordinates"), "{fact}");
     bench.succeed("measure flat.obj --reference patch.obj --report report.json");
     let mean = &bench.json("report.json")["measure"]["distortion"]["quasi_conformal_error"]["mean"];
     assert!(mean.as_f64().unwrap() > 1.0);
-    bench.write("cube.obj", &obj(&cube()));
+    bench.write("cube.obj", &cube().to_obj());
     bench.refuse(1, "measure flat.obj --reference cube.obj");
 }
 

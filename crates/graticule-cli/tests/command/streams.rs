@@ -126,7 +126,7 @@ fn a_time_limit_that_is_too_short_is_told_and_leaves_nothing() {
 #[test]
 fn a_failure_is_reported_too() {
     let bench = Bench::new();
-    bench.write("cube.obj", &crate::bench::obj(&graticule_fixtures::cube()));
+    bench.write("cube.obj", &graticule_fixtures::cube().to_obj());
     let run = bench.run("flatten cube.obj -o out.obj --report report.json --json");
     assert_eq!(run.code, 1);
     assert_eq!(run.stdout, bench.read("report.json"));
@@ -154,7 +154,7 @@ fn a_mesh_is_read_from_standard_input() {
         );
         String::from_utf8(run.stdout).unwrap()
     };
-    let text = crate::bench::obj(&bumpy_patch(3, 1));
+    let text = bumpy_patch(3, 1).to_obj();
     let flat = run("flatten - -o - --format obj --quiet", &text);
     assert!(flat.contains("\nvt "));
     assert!(run("measure -", &flat).contains("one to one"));
