@@ -35,7 +35,7 @@ mod usable;
 pub use corner_table::CornerTable;
 pub use cutting::{CutSurface, cut_along};
 pub use defects::{Defects, Finding, Severity};
-pub(crate) use disjoint_sets::DisjointSets;
+pub(crate) use disjoint_sets::{DisjointSets, number_names};
 pub use element::{Element, PerComponent, PerCorner, PerEdge, PerElement, PerFace, PerVertex};
 pub use error::MeshError;
 pub(crate) use id::element_id;

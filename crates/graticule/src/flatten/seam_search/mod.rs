@@ -2,19 +2,22 @@
 //!
 //! Handles are opened along the shortest loops through a vertex that generate the surface's
 //! topology ([`handles`]); a closed surface of genus 0 from the tip of one protrusion to that of
-//! another. Then the seam grows to the tips that would be distorted most: where the conformal map
-//! that keeps lengths along the seam would change lengths by more than a given factor ([`tips`]).
+//! another. Then the seam grows to the tips and to the other loops of the boundary ([`rims`]) that would
+//! be distorted most: where the best conformal map would change lengths by more than a given factor
+//! ([`tips`]).
 
 mod handles;
 mod paths;
+mod rims;
 mod tips;
 
 use serde::Serialize;
 
 pub(super) use self::paths::EdgeGraph;
+use self::rims::Rims;
 use self::tips::Tips;
 use super::FlattenError;
-use crate::mesh::{EdgeId, PerEdge, PerVertex, Surface, Topology, VertexId};
+use crate::mesh::{EdgeId, PerEdge, Surface, Topology, VertexId};
 use crate::watch::Watch;
 
 /// How a seam is found.
@@ -69,13 +72,12 @@ pub fn find_seam(
     let topology = Topology::of(mesh).total;
     let mut draft = Draft {
         graph: &graph,
-        is_seam: PerEdge::filled(mesh.edge_count(), false),
-        reached: PerVertex::from_fn(mesh.vertex_count(), |v| mesh.is_boundary_vertex(v)),
+        is_open: PerEdge::from_fn(mesh.edge_count(), |edge| mesh.is_boundary_edge(edge)),
         tips: Vec::new(),
     };
     if topology.genus > 0 {
         for edge in handles::cut_graph(surface, &graph) {
-            draft.add(edge);
+            draft.is_open[edge] = true;
         }
     }
     let tips = Tips::new(surface, watch)?;
@@ -89,45 +91,36 @@ pub fn find_seam(
 /// A seam that grows.
 struct Draft<'a> {
     graph: &'a EdgeGraph<'a>,
-    is_seam: PerEdge<bool>,
-    /// Vertices on the seam or the boundary.
-    reached: PerVertex<bool>,
+    /// Edges on the seam or the boundary.
+    is_open: PerEdge<bool>,
     tips: Vec<VertexId>,
 }
 
 impl Draft<'_> {
-    fn add(&mut self, edge: EdgeId) {
-        let mesh = self.graph.mesh();
-        self.is_seam[edge] = !mesh.is_boundary_edge(edge);
-        for end in mesh.ends(mesh.edge_halfedge(edge)) {
-            self.reached[end] = true;
-        }
+    fn rims(&self) -> Rims {
+        Rims::of(self.graph.mesh(), |edge| self.is_open[edge])
     }
 
     /// Joins the two tips that are farthest apart in the sense of conformal maps.
     fn open_sphere(&mut self, tips: &Tips<'_>) -> Result<(), FlattenError> {
-        let farthest = |from: VertexId| -> Result<VertexId, FlattenError> {
-            let only = PerVertex::from_fn(self.reached.len(), |vertex| vertex == from);
-            Ok(tips.strongest(&only)?)
-        };
-        let first = farthest(VertexId(0))?;
-        let second = farthest(first)?;
-        self.reached[first] = true;
+        let first = tips.farthest(VertexId(0))?;
+        let second = tips.farthest(first)?;
         self.tips.push(first);
-        self.lead_to(second);
+        self.lead(|vertex| vertex == first, second);
         Ok(())
     }
 
-    /// Leads the seam to a vertex by the shortest way.
-    fn lead_to(&mut self, tip: VertexId) {
-        let paths = self.graph.shortest_paths(|vertex| self.reached[vertex]);
+    /// Leads the seam from some vertices to another by the shortest way.
+    fn lead(&mut self, is_source: impl Fn(VertexId) -> bool, tip: VertexId) {
+        let paths = self.graph.shortest_paths(is_source);
         for edge in paths.path_to(tip) {
-            self.add(edge);
+            self.is_open[edge] = true;
         }
         self.tips.push(tip);
     }
 
-    /// Leads the seam to tips until none is left that distorts too much.
+    /// Leads the seam from the outer rim to tips, and to other rims, until none is left that
+    /// distorts too much.
     fn grow(
         &mut self,
         tips: &Tips<'_>,
@@ -135,15 +128,20 @@ impl Draft<'_> {
         watch: &Watch,
     ) -> Result<(), FlattenError> {
         let threshold = libm::log(options.length_factor);
+        let mut rims = self.rims();
+        let start = tips.on_outer(&rims)?;
         let mut left = options.tips;
         while left > 0 {
             watch.check()?;
-            let found = tips.above(&self.reached, threshold)?;
+            let found = tips.above(&rims, rims.node(start), threshold)?;
             if found.is_empty() {
                 break;
             }
             for &tip in found.iter().take(left) {
-                self.lead_to(tip);
+                if rims.node(tip) != rims.node(start) {
+                    self.lead(|vertex| rims.node(vertex) == rims.node(start), tip);
+                    rims = self.rims();
+                }
             }
             left -= found.len().min(left);
         }
@@ -151,11 +149,10 @@ impl Draft<'_> {
     }
 
     fn finish(self) -> Seam {
-        let edges: Vec<EdgeId> = self
-            .graph
-            .mesh()
+        let mesh = self.graph.mesh();
+        let edges: Vec<EdgeId> = mesh
             .edges()
-            .filter(|&e| self.is_seam[e])
+            .filter(|&edge| self.is_open[edge] && !mesh.is_boundary_edge(edge))
             .collect();
         Seam {
             length: edges.iter().map(|&edge| self.graph.length(edge)).sum(),
@@ -170,7 +167,7 @@ mod tests {
     use super::*;
     use crate::mesh::{TriangleMesh, cut_along};
     use graticule_fixtures::{
-        Fixture, annulus, block_with_holes, cylinder_closed, icosphere, torus,
+        Fixture, annulus, block_with_holes, cylinder_closed, cylinder_patch, icosphere, torus,
     };
 
     fn surface(fixture: &Fixture) -> Surface {
@@ -210,6 +207,28 @@ mod tests {
     fn a_flat_patch_needs_no_seam() {
         let ring = surface(&annulus(0.5, 1.0, 24, 4));
         assert_eq!(seam(&ring, &SeamOptions::default()).edges, []);
+    }
+
+    #[test]
+    fn an_open_tube_is_cut_from_end_to_end() {
+        let tube = surface(&cylinder_patch(0.2, 2.0, 16, 30));
+        let found = seam(&tube, &SeamOptions::default());
+        assert!(Topology::of(&cut(&tube, &found)).total.is_disk());
+        assert!((found.length - 2.0).abs() < 1e-9, "{}", found.length);
+    }
+
+    #[test]
+    fn a_low_band_needs_no_seam_and_a_window_in_a_tube_none_of_its_own() {
+        let band = surface(&cylinder_patch(1.0, 0.5, 32, 4));
+        assert_eq!(seam(&band, &SeamOptions::default()).edges, []);
+        let mut windowed = cylinder_patch(0.2, 2.0, 16, 30);
+        windowed.triangles.remove(16 * 30);
+        let windowed = surface(&windowed);
+        assert_eq!(windowed.mesh().boundary_loop_count(), 3);
+        let found = seam(&windowed, &SeamOptions::default());
+        // One way from end to end, shorter through the window.
+        assert_eq!(found.tips.len(), 1);
+        assert!(found.length < 2.0 - 1e-3, "{}", found.length);
     }
 
     #[test]
