@@ -14,6 +14,15 @@ pub const CUBE_QUADS: [[u32; 4]; 6] = [
     [1, 3, 7, 5],
 ];
 
+/// The tetrahedron of the origin and the unit points of the axes: the smallest closed surface.
+#[must_use]
+pub fn tetrahedron() -> Fixture {
+    Fixture {
+        positions: vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z],
+        triangles: vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]],
+    }
+}
+
 /// The unit cube `0.0..=1.0` in each coordinate: 8 vertices, 12 triangles.
 #[must_use]
 pub fn cube() -> Fixture {

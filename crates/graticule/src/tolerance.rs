@@ -496,6 +496,10 @@ pub const CLEAR_FEATURE: f64 = 0.75;
 /// each other, and corners of a cube of twelve triangles would have no room for a singularity.
 pub const LONGEST_EDGE_IN_QUADS: f64 = 1.0;
 
+/// A component with poor quads gets its triangles, each cut into three, if it has no more quads and
+/// no more triangles than this: few enough that no net is seen in them.
+pub const SMALL_COMPONENT: usize = 12;
+
 /// Triangles that cutting may add for each quad wanted.
 ///
 /// Round triangles need about 5; this leaves room for slender ones, and keeps a model of long

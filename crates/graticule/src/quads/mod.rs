@@ -27,6 +27,7 @@ mod regular;
 mod remesh;
 mod shape;
 mod sides;
+mod small_components;
 mod snap;
 mod split;
 mod triangle_cut;

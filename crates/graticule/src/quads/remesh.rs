@@ -4,6 +4,7 @@ use super::count::CountSearch;
 use super::extents::check_extents;
 use super::features::clear_features;
 use super::finer::finer_surface;
+use super::small_components::split_small_components;
 use super::{
     CutReport, FeatureReport, MendReport, Net, PolygonMesh, QuadsError, ShapeError, ShapeOptions,
     ShapeReport, extract_polygons, mend, pure_quads, quad_dominant, shape,
@@ -81,6 +82,8 @@ pub struct RemeshReport {
     pub shape: Option<ShapeReport>,
     /// What was cut anew for the sake of its shape, if there was one.
     pub mend: Option<MendReport>,
+    /// Components too small for the net, whose triangles were cut into three quads each.
+    pub split_components: usize,
     /// Maps that were made to meet the number of quads.
     pub rounds: usize,
 }
@@ -181,7 +184,31 @@ pub fn remesh(
         }
     };
     made.report.features = features;
+    made.report.split_components = split_small(&mut made.mesh, surface, &options, watch);
+    made.mesh.check(surface)?;
+    warn_of_inverted(&made.mesh, watch);
     Ok(made)
+}
+
+/// Cuts up components too small for the net; tells so.
+fn split_small(
+    mesh: &mut PolygonMesh,
+    surface: &Surface,
+    options: &RemeshOptions,
+    watch: &Watch,
+) -> usize {
+    let mut is_feature = PerEdge::filled(surface.mesh().edge_count(), false);
+    for edge in all_features(surface, &options.field) {
+        is_feature[edge] = true;
+    }
+    let count = split_small_components(mesh, surface, &is_feature);
+    if count > 0 {
+        let message = format!(
+            "{count} components leave the net no room: their triangles are cut into three quads each"
+        );
+        watch.warn("split-components", message);
+    }
+    count
 }
 
 /// The options with the features as edges: which of the sharp ones are some is seen on the surface as
@@ -221,8 +248,6 @@ fn remesh_fine(
         report.shape = Some(reshape(&mut mesh, surface, &features, shaping, watch)?);
         report.mend = Some(mend(&mut mesh, surface, &features, watch)?);
     }
-    mesh.check(surface)?;
-    warn_of_inverted(&mesh, watch);
     Ok(Remeshed {
         mesh,
         field,
@@ -289,6 +314,7 @@ fn net(
         cut,
         shape: None,
         mend: None,
+        split_components: 0,
         rounds: 1,
     };
     Ok((mesh, report))

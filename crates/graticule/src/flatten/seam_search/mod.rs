@@ -107,6 +107,12 @@ impl Draft<'_> {
         let second = tips.farthest(first)?;
         self.tips.push(first);
         self.lead(|vertex| vertex == first, second);
+        if self.open_edges().count() == 1 {
+            // A slit of one edge cannot open: it goes on to where most is left.
+            let rims = self.rims();
+            let third = tips.strongest(&rims, rims.node(first))?;
+            self.lead(|vertex| rims.node(vertex) == rims.node(first), third);
+        }
         Ok(())
     }
 
@@ -148,12 +154,15 @@ impl Draft<'_> {
         Ok(())
     }
 
-    fn finish(self) -> Seam {
+    /// The edges of the seam, ascending.
+    fn open_edges(&self) -> impl Iterator<Item = EdgeId> + '_ {
         let mesh = self.graph.mesh();
-        let edges: Vec<EdgeId> = mesh
-            .edges()
-            .filter(|&edge| self.is_open[edge] && !mesh.is_boundary_edge(edge))
-            .collect();
+        let is_seam = move |edge: &EdgeId| self.is_open[*edge] && !mesh.is_boundary_edge(*edge);
+        mesh.edges().filter(is_seam)
+    }
+
+    fn finish(self) -> Seam {
+        let edges: Vec<EdgeId> = self.open_edges().collect();
         Seam {
             length: edges.iter().map(|&edge| self.graph.length(edge)).sum(),
             edges,
@@ -167,7 +176,8 @@ mod tests {
     use super::*;
     use crate::mesh::{TriangleMesh, cut_along};
     use graticule_fixtures::{
-        Fixture, annulus, block_with_holes, cylinder_closed, cylinder_patch, icosphere, torus,
+        Fixture, annulus, block_with_holes, cylinder_closed, cylinder_patch, icosphere,
+        tetrahedron, torus,
     };
 
     fn surface(fixture: &Fixture) -> Surface {
@@ -194,6 +204,8 @@ mod tests {
             pierced,
             block_with_holes(2),
             block_with_holes(5),
+            // All its vertices are neighbours.
+            tetrahedron(),
         ];
         for fixture in &fixtures {
             let surface = surface(fixture);

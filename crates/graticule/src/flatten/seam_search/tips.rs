@@ -70,10 +70,14 @@ impl<'a> Tips<'a> {
 
     /// The vertex whose scale changes most where one vertex keeps its length.
     pub(super) fn farthest(&self, from: VertexId) -> Result<VertexId, SolveError> {
-        let mesh = self.surface.mesh();
-        let rims = Rims::point(mesh, from);
-        let scales = self.scales(&rims, rims.node(from))?;
-        Ok(strongest_of(&scales, mesh.vertices()))
+        let rims = Rims::point(self.surface.mesh(), from);
+        self.strongest(&rims, rims.node(from))
+    }
+
+    /// The vertex whose scale changes most where the outer rim keeps its length.
+    pub(super) fn strongest(&self, rims: &Rims, outer: usize) -> Result<VertexId, SolveError> {
+        let scales = self.scales(rims, outer)?;
+        Ok(strongest_of(&scales, self.surface.mesh().vertices()))
     }
 
     /// Vertices whose scale changes by more than `threshold`, strongest first: one for each region
