@@ -496,6 +496,14 @@ pub const CLEAR_FEATURE: f64 = 0.75;
 /// each other, and corners of a cube of twelve triangles would have no room for a singularity.
 pub const LONGEST_EDGE_IN_QUADS: f64 = 1.0;
 
+/// Times the least energy above which a map without overlaps is taken to be jammed. Maps of real
+/// models along seams of any length stay below 1.2; jammed ones reach tens and thousands.
+pub const JAMMED_ENERGY: f64 = 1.5;
+
+/// How often a seam is made shorter, each time by doubling the change of lengths that is let be, for a
+/// map that is jammed.
+pub const SHORTER_SEAMS: usize = 3;
+
 /// A component with poor quads gets its triangles, each cut into three, if it has no more quads and
 /// no more triangles than this: few enough that no net is seen in them.
 pub const SMALL_COMPONENT: usize = 12;

@@ -6,12 +6,13 @@ use serde::Serialize;
 use super::injective::{InjectiveMap, InjectiveOptions, injective_map};
 use super::packing::{IslandShape, Packing, PackingOptions, pack};
 use super::seam_search::{SeamOptions, find_seam};
-use super::{Descent, FlattenError, NotAPatch, Patch};
+use super::{Descent, FlattenError, NotAPatch, Overlap, Patch};
 use crate::geometry::normalized;
 use crate::mesh::{
     ComponentId, Components, EdgeId, Element, FaceId, HalfedgeId, PerCorner, PerEdge, Submesh,
     Surface, Topology, cut_along,
 };
+use crate::tolerance::{JAMMED_ENERGY, SHORTER_SEAMS};
 use crate::watch::Watch;
 
 /// How a whole surface is laid flat.
@@ -108,6 +109,12 @@ struct Chart {
     island: AtlasIsland,
 }
 
+impl Chart {
+    fn energy(&self) -> f64 {
+        self.island.energy.unwrap_or(0.0)
+    }
+}
+
 struct Draft<'a> {
     surface: &'a Surface,
     options: &'a AtlasOptions,
@@ -132,16 +139,16 @@ impl Draft<'_> {
             self.add_point(parts.faces(component), topology, component, watch);
             return Ok(());
         };
-        let opened = self.opened(&part, watch)?;
-        let chart = match Patch::new(opened, watch) {
-            Ok(patch) => chart(&patch, &self.options.injective, watch)?,
-            Err(NotAPatch::NoArea) => {
+        let chart = match self.laid(&part, watch) {
+            Ok(chart) => chart,
+            Err(NotLaid::NoPatch(NotAPatch::NoArea)) => {
                 self.add_point(parts.faces(component), topology, component, watch);
                 return Ok(());
             }
-            Err(reason) => {
+            Err(NotLaid::NoPatch(reason)) => {
                 return Err(FlattenError::Component { component, reason });
             }
+            Err(NotLaid::Error(error)) => return Err(error),
         };
         let first = self.place_count;
         self.place_count += chart.places.len() as u32;
@@ -155,11 +162,49 @@ impl Draft<'_> {
         Ok(())
     }
 
-    /// The component cut open as far as the options allow; its triangles keep their numbers.
-    fn opened(&self, part: &Submesh, watch: &Watch) -> Result<Surface, FlattenError> {
-        let Some(options) = &self.options.cut else {
-            return Ok(part.surface.clone());
+    /// The component as a chart.
+    ///
+    /// Without overlaps a map may jam between the sides of a long seam. It is then made again along
+    /// shorter ones, and the best is taken.
+    fn laid(&self, part: &Submesh, watch: &Watch) -> Result<Chart, NotLaid> {
+        let options = &self.options.injective;
+        let Some(mut cut) = self.options.cut else {
+            return chart(&Patch::new(part.surface.clone(), watch)?, options, watch);
         };
+        let laid = |cut: &SeamOptions| -> Result<Chart, NotLaid> {
+            chart(
+                &Patch::new(self.opened(part, cut, watch)?, watch)?,
+                options,
+                watch,
+            )
+        };
+        let mut best = laid(&cut)?;
+        for _ in 0..SHORTER_SEAMS {
+            let jammed = best.energy() > JAMMED_ENERGY * options.energy.least();
+            if options.overlap == Overlap::Allowed || !jammed || cut.tips == 0 {
+                break;
+            }
+            let message = format!(
+                "a map without overlaps jams at the energy {:.3} along its seam: a shorter one is tried",
+                best.energy()
+            );
+            watch.warn("jammed", message);
+            cut.length_factor *= 2.0;
+            let other = laid(&cut)?;
+            if other.energy() < best.energy() {
+                best = other;
+            }
+        }
+        Ok(best)
+    }
+
+    /// The component cut open; its triangles keep their numbers.
+    fn opened(
+        &self,
+        part: &Submesh,
+        options: &SeamOptions,
+        watch: &Watch,
+    ) -> Result<Surface, FlattenError> {
         let (mesh, whole) = (part.surface.mesh(), self.surface.mesh());
         let source = |edge: EdgeId| whole.edge(part.corner_sources[mesh.edge_halfedge(edge)]);
         let may_cut = PerEdge::from_fn(mesh.edge_count(), |edge| !self.uncut[source(edge)]);
@@ -241,7 +286,16 @@ impl Draft<'_> {
     }
 }
 
-fn chart(patch: &Patch, options: &InjectiveOptions, watch: &Watch) -> Result<Chart, FlattenError> {
+/// Why a component was not laid down.
+#[derive(Debug, thiserror::Error)]
+enum NotLaid {
+    #[error(transparent)]
+    NoPatch(#[from] NotAPatch),
+    #[error(transparent)]
+    Error(#[from] FlattenError),
+}
+
+fn chart(patch: &Patch, options: &InjectiveOptions, watch: &Watch) -> Result<Chart, NotLaid> {
     let InjectiveMap {
         map,
         energy,

@@ -5,9 +5,10 @@ use glam::DVec3;
 use super::doublets::{remove_doublets, vertices_on_lines};
 use super::partition::{MIDDLE, Partition, Pieces, WEIGHED_CORNERS, halves, ordered};
 use super::polygon_mesh::PolygonMesh;
+use super::shape::Lines;
 use super::sides::Parity;
-use crate::geometry::{TriangleTree, closest_on_segment};
-use crate::mesh::{EdgeId, HalfedgeId, Polygons, Surface, SurfacePoint};
+use crate::geometry::slide_towards;
+use crate::mesh::{EdgeId, Polygons, Surface, SurfacePoint};
 
 /// Cost of pieces from which on a vertex in the middle is tried: that of a flat corner.
 const WORTH_A_MIDDLE: f64 = 1.0;
@@ -61,58 +62,44 @@ pub fn pure_quads(
 struct Cutter<'a> {
     mesh: PolygonMesh,
     surface: &'a Surface,
-    /// A halfedge of each edge of the surface on a feature or on the boundary.
-    lines: Vec<HalfedgeId>,
-    tree: Option<TriangleTree>,
+    features: &'a [EdgeId],
+    /// Features and boundary, once they are needed.
+    lines: Option<Lines>,
     report: CutReport,
 }
 
 impl<'a> Cutter<'a> {
-    fn new(mesh: PolygonMesh, surface: &'a Surface, features: &[EdgeId]) -> Self {
-        let triangles = surface.mesh();
-        let border = triangles
-            .edges()
-            .filter(|&edge| triangles.is_boundary_edge(edge));
+    fn new(mesh: PolygonMesh, surface: &'a Surface, features: &'a [EdgeId]) -> Self {
         Self {
             mesh,
-            lines: (features.iter().copied().chain(border))
-                .map(|edge| triangles.edge_halfedge(edge))
-                .collect(),
             surface,
-            tree: None,
+            features,
+            lines: None,
             report: CutReport::default(),
         }
     }
 
-    /// Adds a vertex at the point of the surface nearest to this one.
-    fn add_vertex(&mut self, place: DVec3) -> u32 {
-        let tree = (self.tree).get_or_insert_with(|| TriangleTree::of_surface(self.surface));
-        let origin = tree.closest(place).unwrap_or(SurfacePoint {
-            face: crate::mesh::FaceId(0),
-            barycentric: [1.0, 0.0, 0.0],
-        });
-        self.add_origin(origin)
+    /// Adds a vertex at the point of the surface near this one, on the sheet of the corner that
+    /// is nearest: another sheet may be nearer, on thin parts.
+    fn add_vertex(&mut self, place: DVec3, corners: &[u32]) -> u32 {
+        let distance = |&corner: &u32| self.mesh.positions[corner as usize].distance_squared(place);
+        let nearest = corners
+            .iter()
+            .copied()
+            .min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        let start = self.mesh.origins[nearest.map_or(0, |corner| corner as usize)];
+        self.add_origin(slide_towards(self.surface, start, place))
     }
 
-    /// Adds a vertex at the point of a line of the surface nearest to this one.
-    fn add_vertex_on_line(&mut self, place: DVec3) -> u32 {
-        let surface = self.surface;
-        let nearest = (self.lines.iter())
-            .map(|&halfedge| {
-                let [from, to] = surface.mesh().ends(halfedge).map(|v| surface.position(v));
-                let share = closest_on_segment([from, to], place);
-                (
-                    from.lerp(to, share).distance_squared(place),
-                    halfedge,
-                    share,
-                )
-            })
-            .min_by(|a, b| a.0.total_cmp(&b.0));
-        match nearest {
-            Some((_, halfedge, share)) => {
-                self.add_origin(SurfacePoint::on_halfedge(halfedge, share))
-            }
-            None => self.add_vertex(place),
+    /// Adds a vertex at the point near this one of the lines that the ends of an edge are on.
+    fn add_vertex_on_line(&mut self, place: DVec3, ends: [u32; 2]) -> u32 {
+        let origins = ends.map(|end| self.mesh.origins[end as usize]);
+        let lines = self
+            .lines
+            .get_or_insert_with(|| Lines::new(self.surface, self.features, f64::NEG_INFINITY));
+        match lines.between(self.surface, origins, place) {
+            Some(origin) => self.add_origin(origin),
+            None => self.add_vertex(place, &ends),
         }
     }
 
@@ -162,9 +149,9 @@ impl<'a> Cutter<'a> {
         let [from, to] = ends.map(|vertex| self.mesh.positions[vertex as usize]);
         let middle = (from + to) / 2.0;
         if on_line {
-            self.add_vertex_on_line(middle)
+            self.add_vertex_on_line(middle, ends)
         } else {
-            self.add_vertex(middle)
+            self.add_vertex(middle, &ends)
         }
     }
 
@@ -235,7 +222,7 @@ impl<'a> Cutter<'a> {
         if cost(&with) < cost(&without)
             && let Some(with) = with
         {
-            return self.around_new_vertex(with.polygons, middle);
+            return self.around_new_vertex(with.polygons, middle, corners);
         }
         without.map_or_else(|| self.star(corners), |pieces| pieces.polygons)
     }
@@ -245,9 +232,14 @@ impl<'a> Cutter<'a> {
         positions.sum::<DVec3>() / corners.len() as f64
     }
 
-    /// Adds the vertex that pieces have in the middle.
-    fn around_new_vertex(&mut self, mut pieces: Vec<Vec<u32>>, middle: DVec3) -> Vec<Vec<u32>> {
-        let middle = self.add_vertex(middle);
+    /// Adds the vertex that the pieces of a polygon have in the middle.
+    fn around_new_vertex(
+        &mut self,
+        mut pieces: Vec<Vec<u32>>,
+        middle: DVec3,
+        corners: &[u32],
+    ) -> Vec<Vec<u32>> {
+        let middle = self.add_vertex(middle, corners);
         self.report.middles += 1;
         for vertex in pieces.iter_mut().flatten() {
             if *vertex == MIDDLE {
@@ -270,6 +262,61 @@ impl<'a> Cutter<'a> {
         });
         let pieces = pieces.collect();
         let middle = self.middle_of(corners);
-        self.around_new_vertex(pieces, middle)
+        self.around_new_vertex(pieces, middle, corners)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A roof over a sheet that is nearer to the middle of what spans the roof.
+    fn roof_over_sheet() -> (Surface, PolygonMesh) {
+        let roof =
+            [-1.0, 0.0, 1.0].map(|x: f64| [0.0, 1.0].map(|y| DVec3::new(x, y, 1.0 - x.abs())));
+        let sheet = [-0.2, 0.2].map(|x| [0.0, 1.0].map(|y| DVec3::new(x, y, 0.4)));
+        let positions: Vec<DVec3> = roof.iter().chain(&sheet).flatten().copied().collect();
+        let square = |at: u32| [[at, at + 2, at + 3], [at, at + 3, at + 1]];
+        let triangles: Vec<[u32; 3]> = [0, 2, 6].into_iter().flat_map(square).collect();
+        let surface = Surface::from_triangles(positions.clone(), &triangles).unwrap();
+        let mesh = surface.mesh();
+        let corner_at = |vertex| mesh.halfedges().find(|&side| mesh.origin(side) == vertex);
+        let origins = mesh
+            .vertices()
+            .take(6)
+            .map(|v| SurfacePoint::at_corner(corner_at(v).unwrap()));
+        let mut polygons = Polygons::default();
+        polygons.push(&[0, 2, 4, 5, 3, 1]);
+        let mesh = PolygonMesh {
+            positions: positions[..6].to_vec(),
+            polygons,
+            origins: origins.collect(),
+            feature_edges: Vec::new(),
+        };
+        (surface, mesh)
+    }
+
+    #[test]
+    fn new_vertices_stay_on_the_sheet_of_their_polygon() {
+        let (surface, mesh) = roof_over_sheet();
+        let mut cutter = Cutter::new(mesh, &surface, &[]);
+        let middle = cutter.middle_of(&[0, 2, 4, 5, 3, 1]);
+        assert!((middle.z - 0.4).abs() < 0.1, "{middle}");
+        let vertex = cutter.add_vertex(middle, &[0, 2, 4, 5, 3, 1]);
+        let origin = cutter.mesh.origins[vertex as usize];
+        assert!(origin.face.0 < 4, "{origin:?}");
+    }
+
+    #[test]
+    fn new_vertices_on_lines_stay_between_the_ends_of_their_edge() {
+        let (surface, mesh) = roof_over_sheet();
+        let mut cutter = Cutter::new(mesh, &surface, &[]);
+        // The rim of the sheet passes right below.
+        let vertex = cutter.add_vertex_on_line(DVec3::new(-0.2, 0.0, 0.4), [0, 2]);
+        let position = cutter.mesh.positions[vertex as usize];
+        assert!(
+            position.distance(DVec3::new(-0.4, 0.0, 0.6)) < 1e-9,
+            "{position}"
+        );
     }
 }

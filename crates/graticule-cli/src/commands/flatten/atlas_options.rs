@@ -32,7 +32,7 @@ pub(crate) struct AtlasArguments {
     /// Most places that --cut leads the seam to for less distortion; 16 by default
     #[arg(long, value_name = "N")]
     seam_tips: Option<usize>,
-    /// How much lengths may differ in scale before --cut leads the seam there; 4 by default
+    /// How much lengths may differ in scale before --cut leads the seam there; 3 by default
     #[arg(long, value_name = "FACTOR")]
     seam_factor: Option<f64>,
     /// Least distance of islands, as a share of the whole; 0.002 by default

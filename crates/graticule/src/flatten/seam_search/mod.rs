@@ -33,7 +33,7 @@ pub struct SeamOptions {
 impl Default for SeamOptions {
     fn default() -> Self {
         Self {
-            length_factor: 4.0,
+            length_factor: 3.0,
             tips: 16,
         }
     }

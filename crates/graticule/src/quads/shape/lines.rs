@@ -7,7 +7,7 @@ use crate::mesh::{
 use crate::tolerance;
 
 /// The lines of a surface that vertices slide along: its boundary and its features.
-pub(super) struct Lines {
+pub(in crate::quads) struct Lines {
     on_line: PerEdge<bool>,
     /// The two edges of a line at each vertex that it passes; `None` off the lines and where lines
     /// end, meet or bend sharply.
@@ -16,7 +16,7 @@ pub(super) struct Lines {
 
 impl Lines {
     /// Vertices pass where a line turns by less than the angle with the cosine `corner`.
-    pub(super) fn new(surface: &Surface, features: &[EdgeId], corner: f64) -> Self {
+    pub(in crate::quads) fn new(surface: &Surface, features: &[EdgeId], corner: f64) -> Self {
         let mesh = surface.mesh();
         let mut on_line = PerEdge::from_fn(mesh.edge_count(), |edge| mesh.is_boundary_edge(edge));
         for &edge in features {
@@ -45,14 +45,43 @@ impl Lines {
     /// their corners.
     pub(super) fn halfedge_at(&self, surface: &Surface, point: SurfacePoint) -> Option<HalfedgeId> {
         let mesh = surface.mesh();
-        let is_zero = point.barycentric.map(|weight| weight <= tolerance::ON_EDGE);
-        let sides = point.face.halfedges();
-        if let Some(corner) = (0..3).find(|&k| is_zero[(k + 1) % 3] && is_zero[(k + 2) % 3]) {
-            let [edge, _] = self.passing[mesh.origin(sides[corner])]?;
+        if let Some(corner) = corner_at(point) {
+            let [edge, _] = self.passing[mesh.origin(corner)]?;
             return Some(mesh.edge_halfedge(edge));
         }
+        let is_zero = is_zero(point);
+        let sides = point.face.halfedges();
         let side = (0..3).find(|&k| is_zero[(k + 2) % 3])?;
         self.on_line[mesh.edge(sides[side])].then_some(sides[side])
+    }
+
+    /// The point of the lines through either of two points that is nearest to `target`, of those
+    /// reached by walking along them; `None` if both are off the lines.
+    pub(in crate::quads) fn between(
+        &self,
+        surface: &Surface,
+        ends: [SurfacePoint; 2],
+        target: DVec3,
+    ) -> Option<SurfacePoint> {
+        let halfedges = ends.iter().flat_map(|&end| self.halfedges_at(surface, end));
+        let reached = halfedges.map(|halfedge| {
+            let point = self.slide_towards(surface, halfedge, target);
+            (point.position(surface).distance_squared(target), point)
+        });
+        let nearest = reached.min_by(|a, b| a.0.total_cmp(&b.0));
+        nearest.map(|(_, point)| point)
+    }
+
+    /// A halfedge of each line at the point, also where lines end or meet.
+    fn halfedges_at(&self, surface: &Surface, point: SurfacePoint) -> Vec<HalfedgeId> {
+        let mesh = surface.mesh();
+        let Some(corner) = corner_at(point) else {
+            return self.halfedge_at(surface, point).into_iter().collect();
+        };
+        mesh.outgoing(mesh.origin(corner))
+            .flat_map(|side| [side, side.previous()])
+            .filter(|&side| self.on_line[mesh.edge(side)])
+            .collect()
     }
 
     /// The point reached from the line's halfedge by walking along the line, as far as every step
@@ -96,6 +125,17 @@ impl Lines {
         }
         SurfacePoint::on_halfedge(halfedge, share)
     }
+}
+
+fn is_zero(point: SurfacePoint) -> [bool; 3] {
+    point.barycentric.map(|weight| weight <= tolerance::ON_EDGE)
+}
+
+/// The corner that a point lies at.
+fn corner_at(point: SurfacePoint) -> Option<HalfedgeId> {
+    let is_zero = is_zero(point);
+    let corner = (0..3).find(|&k| is_zero[(k + 1) % 3] && is_zero[(k + 2) % 3])?;
+    Some(point.face.halfedges()[corner])
 }
 
 /// The cosine of the turn of a line at a vertex.

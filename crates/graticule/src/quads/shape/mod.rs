@@ -27,6 +27,7 @@ mod run;
 mod tests;
 
 pub(super) use ground::{Ground, Place};
+pub(super) use lines::Lines;
 pub(super) use polygon::quality;
 pub use report::{ShapeQuality, ShapeReport};
 pub(super) use run::Run;

@@ -370,7 +370,7 @@ fn no_two_vertices_of_a_group_share_a_polygon() {
 #[test]
 fn vertices_slide_along_a_line_and_stop_before_its_corner() {
     let square = surface(grid(1.0, 1.0, 4, 4));
-    let lines = lines::Lines::new(&square, &[], LINE_CORNER_COSINE);
+    let lines = Lines::new(&square, &[], LINE_CORNER_COSINE);
     let tree = TriangleTree::of_surface(&square);
     let start = tree.closest(DVec3::new(0.1, 0.0, 0.0)).unwrap();
     let halfedge = lines.halfedge_at(&square, start).unwrap();
