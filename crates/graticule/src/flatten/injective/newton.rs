@@ -123,6 +123,15 @@ fn couple(
 /// Times that a direction is led around what it would meet.
 const MOST_DETOURS: usize = 3;
 
+/// The share of itself by which the distance to an obstacle may shrink.
+const CLOSED: f64 = 0.5;
+
+/// The share of itself by which it is asked to grow where it may not shrink.
+const PARTED: f64 = 1.0;
+
+/// By how much an obstacle that is met again becomes stiffer.
+const STIFFENING: f64 = 10.0;
+
 /// The share of the step before which an obstacle is worth a detour.
 const SOON: f64 = 0.2;
 
@@ -130,7 +139,8 @@ const SOON: f64 = 0.2;
 const HORIZON: f64 = 10.0;
 
 /// Leads a direction around obstacles that would end the step soon, as one place in trouble would
-/// hold all others up: the distance to each is asked to shrink by half only.
+/// hold all others up: the distance to each is asked to shrink by half only. Of the direct way and
+/// the detours that is taken which gains most before it meets something.
 fn around_obstacles(
     objective: &impl Objective,
     places: &[DVec2],
@@ -138,42 +148,93 @@ fn around_obstacles(
     kept: f64,
     system: &mut NewtonSystem,
 ) -> Result<Direction, SolveError> {
-    let mut direction = direct;
-    let mut obstacles: Vec<Obstacle> = Vec::new();
+    let mut best = Detour::of(objective, places, direct);
+    let mut first = best.first;
+    let mut step = best.direction.step.clone();
+    let mut obstacles: Vec<(Obstacle, f64)> = Vec::new();
     for _ in 0..MOST_DETOURS {
-        let first = objective.first_obstacle(places, &direction.step);
         if first >= SOON {
             break;
         }
         let horizon = (HORIZON * first).min(1.0);
-        let met = objective.obstacles(places, &direction.step, horizon);
+        let met = objective.obstacles(places, &step, horizon);
         // Where it is as good as there, the direction away from it is not known.
         let is_apart = |obstacle: &Obstacle| gap(obstacle.vertices, places).0 > 0.0;
-        obstacles.extend(met.into_iter().filter(is_apart));
-        let pairs: Vec<_> = obstacles.iter().flat_map(Obstacle::pairs).collect();
-        if !system.couples(&pairs) {
-            let all = [system.coupled(), &pairs].concat();
-            system.plan(&all, places)?;
+        for obstacle in met.into_iter().filter(is_apart) {
+            let same = |(known, _): &&mut (Obstacle, f64)| known.vertices == obstacle.vertices;
+            match obstacles.iter_mut().find(same) {
+                Some((_, stiffness)) => *stiffness *= STIFFENING,
+                None => obstacles.push((obstacle, OBSTACLE_STIFFNESS)),
+            }
         }
-        system.clear();
-        objective.expand_into(places, kept, system);
-        let aims: Vec<_> = obstacles
-            .iter()
-            .map(|obstacle| {
-                let own: f64 = obstacle.vertices.iter().map(|&v| system.stiffness(v)).sum();
-                (gap(obstacle.vertices, places), OBSTACLE_STIFFNESS * own)
-            })
-            .collect();
-        for ((distance, mode), stiffness) in &aims {
-            system.add_aim(mode, -0.5 * distance, *stiffness);
+        let mut detour = around(objective, places, &obstacles, kept, -CLOSED, system)?;
+        if detour.slope >= 0.0 {
+            // Closing costs more than all the rest gains: what is too close shall part.
+            detour = around(objective, places, &obstacles, kept, PARTED, system)?;
         }
-        let detour = system.direction()?;
         if detour.slope >= 0.0 {
             break;
         }
-        direction = detour;
+        let detour = Detour::of(objective, places, detour);
+        (first, step) = (detour.first, detour.direction.step.clone());
+        if detour.gain() > best.gain() {
+            best = detour;
+        }
     }
-    Ok(direction)
+    Ok(best.direction)
+}
+
+/// A direction, and when it meets the first obstacle.
+struct Detour {
+    direction: Direction,
+    first: f64,
+}
+
+impl Detour {
+    fn of(objective: &impl Objective, places: &[DVec2], direction: Direction) -> Self {
+        Self {
+            first: objective.first_obstacle(places, &direction.step),
+            direction,
+        }
+    }
+
+    /// What the quadratic model gains on the way to the first obstacle.
+    fn gain(&self) -> f64 {
+        let share = (SHARE_TO_COLLAPSE * self.first).min(1.0);
+        -self.direction.slope * share * (1.0 - 0.5 * share)
+    }
+}
+
+/// The Newton direction in which the distances to obstacles grow by about a share of themselves.
+fn around(
+    objective: &impl Objective,
+    places: &[DVec2],
+    obstacles: &[(Obstacle, f64)],
+    kept: f64,
+    growth: f64,
+    system: &mut NewtonSystem,
+) -> Result<Direction, SolveError> {
+    let pairs: Vec<_> = obstacles
+        .iter()
+        .flat_map(|(obstacle, _)| obstacle.pairs())
+        .collect();
+    if !system.couples(&pairs) {
+        let all = [system.coupled(), &pairs].concat();
+        system.plan(&all, places)?;
+    }
+    system.clear();
+    objective.expand_into(places, kept, system);
+    let aims: Vec<_> = obstacles
+        .iter()
+        .map(|(obstacle, stiffness)| {
+            let own: f64 = obstacle.vertices.iter().map(|&v| system.stiffness(v)).sum();
+            (gap(obstacle.vertices, places), stiffness * own)
+        })
+        .collect();
+    for ((distance, mode), stiffness) in &aims {
+        system.add_aim(mode, growth * distance, *stiffness);
+    }
+    system.direction()
 }
 
 /// Shares of the negative curvatures that are tried, before none.
