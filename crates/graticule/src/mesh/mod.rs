@@ -52,8 +52,8 @@ pub use repair::{
 pub use soup::{Attributes, CornerAttribute, NO_VALUE, PolygonLabels, PolygonSoup, Polygons};
 pub use surface::Surface;
 pub use surface_point::SurfacePoint;
-pub(crate) use topology::find_components;
 pub use topology::{
     ComponentTopology, Components, PerBoundaryLoop, Submesh, Topology, extract_component,
 };
+pub(crate) use topology::{find_components, submesh_of};
 pub use triangle_mesh::TriangleMesh;

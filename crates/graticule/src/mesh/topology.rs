@@ -171,8 +171,7 @@ pub fn extract_component(
 ) -> Result<Submesh, super::MeshError> {
     let faces = surface.mesh().faces();
     let own = faces.filter(|&face| topology.face_components[face] == component);
-    let mut numbers = PerVertex::filled(surface.mesh().vertex_count(), u32::MAX);
-    submesh(surface, own.collect(), &mut numbers)
+    submesh_of(surface, own.collect())
 }
 
 /// Takes components out of a surface one after another, any number of them: all together in linear
@@ -234,7 +233,19 @@ impl<'a> Components<'a> {
     }
 }
 
-/// These triangles, whose vertices no others have, as a surface; `numbers` is scratch.
+/// These triangles, whose vertices no others have, as a surface.
+///
+/// # Errors
+/// As [`extract_component`].
+pub(crate) fn submesh_of(
+    surface: &Surface,
+    faces: Vec<FaceId>,
+) -> Result<Submesh, super::MeshError> {
+    let mut numbers = PerVertex::filled(surface.mesh().vertex_count(), u32::MAX);
+    submesh(surface, faces, &mut numbers)
+}
+
+/// The same; `numbers` is scratch.
 fn submesh(
     surface: &Surface,
     face_sources: Vec<FaceId>,

@@ -9,6 +9,7 @@ mod attributes;
 mod cells;
 mod complex;
 mod count;
+mod debris;
 mod doublets;
 mod edge_nodes;
 mod error;

@@ -1,6 +1,7 @@
 use serde::Serialize;
 
 use super::count::CountSearch;
+use super::debris::Debris;
 use super::extents::check_extents;
 use super::features::clear_features;
 use super::finer::finer_surface;
@@ -91,12 +92,14 @@ pub struct RemeshReport {
 /// A quad mesh on a surface.
 ///
 /// Triangles longer than the sides of the quads leave field and map no room. They are cut for the
-/// way to the quads; origins are on the surface given.
+/// way to the quads, and components smaller than a quad are set aside; origins are on the surface
+/// given.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Remeshed {
     /// The mesh.
     pub mesh: PolygonMesh,
-    /// The field that it follows, on the surface or the one with smaller triangles.
+    /// The field that it follows, on the surface or the one with smaller triangles and without
+    /// components smaller than a quad.
     pub field: FieldResult,
     /// The figures.
     pub report: RemeshReport,
@@ -172,43 +175,57 @@ pub fn remesh(
     let _stage = watch.stage("remesh");
     check_extents(surface)?;
     let (options, features) = with_clear_features(surface, options, watch);
-    let mut made = match finer_surface(surface, &options, watch)? {
-        None => remesh_fine(surface, &options, watch)?,
-        Some(finer) => {
-            let options = finer.translated(&options);
-            let mut made = remesh_fine(&finer.refinement.surface, &options, watch)?;
-            for origin in &mut made.mesh.origins {
-                *origin = finer.refinement.to_original(*origin);
-            }
+    let is_feature = marked(surface, &options.field);
+    let mut made = match Debris::of(surface, &options) {
+        None => remesh_whole(surface, &options, watch)?,
+        Some(debris) => {
+            let (rest, options) = debris.rest();
+            let mut made = remesh_whole(rest, options, watch)?;
+            made.report.split_components = debris.put_back(&mut made.mesh, surface, &is_feature);
             made
         }
     };
     made.report.features = features;
-    made.report.split_components = split_small(&mut made.mesh, surface, &options, watch);
+    made.report.split_components += split_small_components(&mut made.mesh, surface, &is_feature);
+    warn_of_split(made.report.split_components, watch);
     made.mesh.check(surface)?;
     warn_of_inverted(&made.mesh, watch);
     Ok(made)
 }
 
-/// Cuts up components too small for the net; tells so.
-fn split_small(
-    mesh: &mut PolygonMesh,
+/// [`remesh`] of a surface without debris.
+fn remesh_whole(
     surface: &Surface,
     options: &RemeshOptions,
     watch: &Watch,
-) -> usize {
+) -> Result<Remeshed, RemeshError> {
+    let Some(finer) = finer_surface(surface, options, watch)? else {
+        return remesh_fine(surface, options, watch);
+    };
+    let options = finer.translated(options);
+    let mut made = remesh_fine(&finer.refinement.surface, &options, watch)?;
+    for origin in &mut made.mesh.origins {
+        *origin = finer.refinement.to_original(*origin);
+    }
+    Ok(made)
+}
+
+/// The features as marks.
+fn marked(surface: &Surface, options: &FieldOptions) -> PerEdge<bool> {
     let mut is_feature = PerEdge::filled(surface.mesh().edge_count(), false);
-    for edge in all_features(surface, &options.field) {
+    for edge in all_features(surface, options) {
         is_feature[edge] = true;
     }
-    let count = split_small_components(mesh, surface, &is_feature);
+    is_feature
+}
+
+fn warn_of_split(count: usize, watch: &Watch) {
     if count > 0 {
         let message = format!(
             "{count} components leave the net no room: their triangles are cut into three quads each"
         );
         watch.warn("split-components", message);
     }
-    count
 }
 
 /// The options with the features as edges: which of the sharp ones are some is seen on the surface as

@@ -34,17 +34,13 @@ pub(super) fn split_small_components(
     if count == 0 {
         return 0;
     }
-    let mut draft = Draft {
-        mesh: kept(mesh, |polygon| !is_split[component_of(polygon)]),
-        surface,
-        is_feature,
-    };
+    let rest = kept(mesh, |polygon| !is_split[component_of(polygon)]);
+    let mut quads = TriangleQuads::new(rest, surface, is_feature);
     let all = (0..is_split.len()).map(ComponentId::from_index);
     for component in all.filter(|&component| is_split[component]) {
-        draft.add(components.faces(component));
+        quads.add(components.faces(component));
     }
-    draft.mesh.feature_edges.sort_unstable();
-    *mesh = draft.mesh;
+    *mesh = quads.finish();
     count
 }
 
@@ -130,16 +126,33 @@ fn kept(mesh: &PolygonMesh, is_kept: impl Fn(usize) -> bool) -> PolygonMesh {
     rest
 }
 
-/// The mesh that grows.
-struct Draft<'a> {
+/// A mesh that grows by components of which each triangle is cut into three quads.
+pub(super) struct TriangleQuads<'a> {
     mesh: PolygonMesh,
     surface: &'a Surface,
     is_feature: &'a PerEdge<bool>,
 }
 
-impl Draft<'_> {
+impl<'a> TriangleQuads<'a> {
+    pub(super) fn new(
+        mesh: PolygonMesh,
+        surface: &'a Surface,
+        is_feature: &'a PerEdge<bool>,
+    ) -> Self {
+        Self {
+            mesh,
+            surface,
+            is_feature,
+        }
+    }
+
+    pub(super) fn finish(mut self) -> PolygonMesh {
+        self.mesh.feature_edges.sort_unstable();
+        self.mesh
+    }
+
     /// Adds the three quads of each triangle of a component.
-    fn add(&mut self, faces: &[FaceId]) {
+    pub(super) fn add(&mut self, faces: &[FaceId]) {
         let mesh = self.surface.mesh();
         let mut numbers = BTreeMap::new();
         for &face in faces {
