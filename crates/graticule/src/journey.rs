@@ -61,7 +61,7 @@
 //!     ..IntegerGridOptions::default()
 //! };
 //! let net = integer_grid_map(surface, &crosses.field, &coarse, &watch)?;
-//! let (layout, _) = layout_from_map(surface, &net.map, &[], &watch)?;
+//! let (layout, _) = layout_from_map(surface, &net.map, &[], ChartLines::All, &watch)?;
 //! assert_eq!(base_complex(&layout).euler_characteristic(), 0);
 //! let maps = chart_maps(surface, &layout, &ChartMapOptions::default(), &watch)?;
 //! let atlas = chart_atlas(&maps, &Arrangement::default(), &watch)?;

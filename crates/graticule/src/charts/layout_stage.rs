@@ -28,6 +28,21 @@ pub enum LayoutMap {
     IntegerGrid,
 }
 
+/// Which lines of a map become borders of charts.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ChartLines {
+    /// All, so that charts are cells of the net; closer ones in cells that are no disks.
+    All,
+    /// Those that bound rectangles with sides of about so many lines. Each singular point is a corner
+    /// of those around it; a rectangle may have several on a side.
+    Rectangles(f64),
+}
+
+/// Lines of an integer grid map along the side of a chart: singular points, which it puts on lines,
+/// move by a small part of a chart only, and no chart is thinner than one spacing.
+const LINES_PER_CHART: u32 = 4;
+
 /// How [`chart_layout`] works.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LayoutOptions {
@@ -171,9 +186,10 @@ impl Made {
         surface: &Surface,
         map: GridMap,
         features: &[EdgeId],
+        lines: ChartLines,
         watch: &Watch,
     ) -> Result<Self, LayoutError> {
-        let (layout, report) = layout_from_map(surface, &map, features, watch)?;
+        let (layout, report) = layout_from_map(surface, &map, features, lines, watch)?;
         Ok(Self {
             map,
             map_kind: None,
@@ -197,7 +213,7 @@ fn periodic_layout(
     };
     let found = parameterize(surface, &field.field, field.scale.as_ref(), &wanted, watch)?;
     let map = found.grid_map(surface.mesh())?;
-    let made = Made::of(surface, map, features, watch)?;
+    let made = Made::of(surface, map, features, ChartLines::All, watch)?;
     Ok(Made {
         map_kind: Some(LayoutMap::Periodic),
         coordinates: Some(found.report),
@@ -220,7 +236,8 @@ fn integer_layout(
         ..IntegerGridOptions::default()
     };
     let map = integer_grid_map(surface, &field.field, &wanted, watch)?.map;
-    let made = Made::of(surface, map, features, watch)?;
+    let lines = ChartLines::Rectangles(f64::from(LINES_PER_CHART));
+    let made = Made::of(surface, map, features, lines, watch)?;
     Ok(Made {
         map_kind: Some(LayoutMap::IntegerGrid),
         ..made
@@ -240,18 +257,21 @@ fn layout_without_lines(
         PerCorner::filled(mesh.halfedge_count(), None),
         PerFace::filled(mesh.face_count(), true),
     )?;
-    Made::of(surface, map, features, watch)
+    Made::of(surface, map, features, ChartLines::All, watch)
 }
 
-/// The density of a net with cells of the size of charts.
+/// The density of a net with [`LINES_PER_CHART`] lines along the side of a chart.
 #[expect(clippy::cast_sign_loss, reason = "it is 1 at least")]
 fn density(surface: &Surface, size: ChartSize) -> GridDensity {
+    let lines = f64::from(LINES_PER_CHART);
     match size {
         ChartSize::MeanEdges(count) => {
-            GridDensity::EdgeLength(count * EdgeLengths::of(surface).mean())
+            GridDensity::EdgeLength(count * EdgeLengths::of(surface).mean() / lines)
         }
-        ChartSize::Length(length) => GridDensity::EdgeLength(length),
-        ChartSize::Count(count) => GridDensity::Quads(count.max(1.0).round() as usize),
+        ChartSize::Length(length) => GridDensity::EdgeLength(length / lines),
+        ChartSize::Count(count) => {
+            GridDensity::Quads((count.max(1.0) * lines * lines).round() as usize)
+        }
     }
 }
 
@@ -277,6 +297,7 @@ pub fn layout_from_map(
     surface: &Surface,
     map: &GridMap,
     features: &[EdgeId],
+    lines: ChartLines,
     watch: &Watch,
 ) -> Result<(ChartLayout, LayoutReport), LayoutError> {
     let mesh = surface.mesh();
@@ -291,7 +312,12 @@ pub fn layout_from_map(
     for &edge in features {
         marks[edge] = true;
     }
-    let cells = NetCells::of(&unit, &map, Some(&marks), watch)?;
+    let cells = match lines {
+        ChartLines::All => NetCells::of(&unit, &map, Some(&marks), watch)?,
+        ChartLines::Rectangles(spacings) => {
+            NetCells::rectangles(&unit, &map, Some(&marks), spacings, watch)?
+        }
+    };
     watch.check()?;
     let layout = ChartLayout::new(embed(&unit, &map, &cells)?)?;
     layout.check_areas(&unit)?;

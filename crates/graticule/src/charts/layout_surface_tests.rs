@@ -9,7 +9,7 @@ use graticule_fixtures::{
 };
 
 use super::{
-    ArcKind, ChartKind, ChartLayout, LayoutMap, LayoutOptions, LayoutReport, base_complex,
+    ArcKind, ChartKind, ChartLayout, ChartLines, LayoutMap, LayoutOptions, LayoutReport, base_complex,
     chart_layout, layout_from_map,
 };
 use crate::geometry::{face_areas, face_shapes};
@@ -184,7 +184,7 @@ fn random_maps_give_valid_layouts() {
             let left_out: Vec<FaceId> = mesh.faces().filter(|_| noise.unit() < 0.05).collect();
             let map = map_of(&surface, |c| points[mesh.origin(c).index()], &left_out);
             let name = format!("{number} {seed}");
-            let found = layout_from_map(&surface, &map, &[], &Watch::new());
+            let found = layout_from_map(&surface, &map, &[], ChartLines::All, &Watch::new());
             let (layout, _) = found.unwrap_or_else(|error| panic!("{name}: {error}"));
             assert_valid(&layout, &surface, &name);
         }
@@ -199,7 +199,7 @@ fn a_square_with_a_straight_map_is_cut_into_unit_squares() {
         |corner| surface.position(surface.mesh().origin(corner)).truncate(),
         &[],
     );
-    let (layout, report) = layout_from_map(&surface, &map, &[], &Watch::new()).unwrap();
+    let (layout, report) = layout_from_map(&surface, &map, &[], ChartLines::All, &Watch::new()).unwrap();
     assert_valid(&layout, &surface, "square");
     assert_eq!([report.nodes, report.arcs, report.charts], [12, 17, 6]);
     assert_eq!([report.regular, report.t_junctions], [6, 0]);
@@ -231,7 +231,7 @@ fn charts_that_close_round_a_tube_get_closer_lines() {
     };
     let map = map_of(&surface, place, &[]);
     let watch = Watch::new();
-    let (layout, report) = layout_from_map(&surface, &map, &[], &watch).unwrap();
+    let (layout, report) = layout_from_map(&surface, &map, &[], ChartLines::All, &watch).unwrap();
     assert_valid(&layout, &surface, "tube");
     assert!(report.refined_charts > 0, "{report:?}");
     assert_eq!([report.split_charts, report.polygonal], [0, 0]);
@@ -249,7 +249,7 @@ fn a_tube_without_any_line_is_cut_along_edges() {
     let all: Vec<FaceId> = surface.mesh().faces().collect();
     let map = map_of(&surface, |_| DVec2::ZERO, &all);
     let watch = Watch::new();
-    let (layout, report) = layout_from_map(&surface, &map, &[], &watch).unwrap();
+    let (layout, report) = layout_from_map(&surface, &map, &[], ChartLines::All, &watch).unwrap();
     assert_valid(&layout, &surface, "tube");
     assert_eq!(report.regular, 0);
     assert_eq!(report.left_out_triangles, all.len());
@@ -274,7 +274,7 @@ fn features_are_arcs() {
     let features: Vec<_> = mesh.edges().filter(|&edge| on_diagonal(edge)).collect();
     let place = |corner| surface.position(mesh.origin(corner)).truncate() + 0.37;
     let map = map_of(&surface, place, &[]);
-    let (layout, _) = layout_from_map(&surface, &map, &features, &Watch::new()).unwrap();
+    let (layout, _) = layout_from_map(&surface, &map, &features, ChartLines::All, &Watch::new()).unwrap();
     assert_valid(&layout, &surface, "features");
     let length: f64 = (layout.arcs().iter())
         .filter(|arc| arc.kind == ArcKind::Feature)

@@ -82,7 +82,7 @@ pub use id::{ArcId, ChartId, SquareId};
 pub use layout::{Arc, ArcKind, Chart, ChartKind, ChartLayout, Direction, EmbeddedNet};
 pub use layout_error::LayoutError;
 pub use layout_stage::{
-    LaidOut, LayoutMap, LayoutOptions, LayoutReport, chart_layout, layout_from_map,
+    ChartLines, LaidOut, LayoutMap, LayoutOptions, LayoutReport, chart_layout, layout_from_map,
 };
 pub use layout_transition::ChartTransition;
 pub use texture::{SourceTexture, TextureImage, TextureKind, TextureOptions, transfer_texture};
