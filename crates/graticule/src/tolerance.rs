@@ -518,6 +518,10 @@ pub const FAIR_COUNT_ROUNDS: usize = 4;
 /// keep their orientation with a wide margin.
 pub const FLAT_IN_NET: f64 = 1e-5;
 
+/// Distortion of a triangle in a net above which it is squeezed: (|J|² + det² + 1) / det is 4 where it is
+/// as wished, and this where it has a tenth of its width.
+pub const SQUEEZED_IN_NET: f64 = 20.0;
+
 /// Area of a triangle in periodic coordinates, over the area wanted, below which it counts as nearly
 /// inverted and is untangled.
 ///

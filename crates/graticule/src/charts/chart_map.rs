@@ -10,14 +10,14 @@ use serde::Serialize;
 
 use super::chart_map_assembly::Assembly;
 use super::chart_map_polygon::ChartMethod;
-use super::chart_map_squares::{Layouted, weights_in};
+use super::chart_map_squares::Layouted;
 use super::split::plan_charts;
 use super::split_arcs::{finish_arcs, parameterize_arcs};
 use super::{ArcId, ChartId, ChartLayout, SquareId};
 use crate::Hint;
 use crate::flatten::{BoundaryError, FlattenError};
 use crate::mesh::{
-    Element, FaceId, MeshError, PerCorner, PerFace, PerVertex, Surface, SurfacePoint, VertexId,
+    Element, FaceId, MeshError, PerCorner, PerFace, RefinedSurface, Surface, VertexId,
 };
 use crate::watch::{Stopped, Watch};
 
@@ -162,9 +162,7 @@ pub(super) enum SeamKey {
 /// and along each seam the coordinates of both sides agree up to one affine map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChartMaps {
-    pub(super) surface: Surface,
-    pub(super) face_origin: PerFace<FaceId>,
-    pub(super) vertex_origin: PerVertex<SurfacePoint>,
+    pub(super) refined: RefinedSurface,
     pub(super) square_of: PerFace<SquareId>,
     pub(super) coordinates: PerCorner<DVec2>,
     pub(super) squares: Vec<ChartSquare>,
@@ -240,20 +238,14 @@ pub fn chart_maps(
 impl ChartMaps {
     /// The layout's surface, refined further.
     #[must_use]
+    pub fn refined(&self) -> &RefinedSurface {
+        &self.refined
+    }
+
+    /// The surface of [`refined`](Self::refined).
+    #[must_use]
     pub fn surface(&self) -> &Surface {
-        &self.surface
-    }
-
-    /// The input's triangle that each triangle is part of.
-    #[must_use]
-    pub fn face_origin(&self) -> &PerFace<FaceId> {
-        &self.face_origin
-    }
-
-    /// Where each vertex lies on the input.
-    #[must_use]
-    pub fn vertex_origin(&self) -> &PerVertex<SurfacePoint> {
-        &self.vertex_origin
+        &self.refined.surface
     }
 
     /// The square of each triangle.
@@ -283,30 +275,6 @@ impl ChartMaps {
     /// The triangles of a square.
     pub fn faces_of(&self, square: SquareId) -> impl ExactSizeIterator<Item = FaceId> + use<> {
         self.squares[square.index()].faces.clone().map(FaceId)
-    }
-
-    /// The point of the input with these weights of a triangle's corners; `None` if `input` is another
-    /// surface.
-    #[must_use]
-    pub fn point_on_input(
-        &self,
-        input: &Surface,
-        face: FaceId,
-        weights: [f64; 3],
-    ) -> Option<SurfacePoint> {
-        let origin = self.face_origin[face];
-        let mut barycentric = [0.0; 3];
-        for (vertex, weight) in self.surface.mesh().triangle(face).iter().zip(weights) {
-            let corner = weights_in(input, &self.vertex_origin[*vertex], origin)?;
-            barycentric
-                .iter_mut()
-                .zip(corner)
-                .for_each(|(sum, part)| *sum += weight * part);
-        }
-        Some(SurfacePoint {
-            face: origin,
-            barycentric,
-        })
     }
 
     /// How the squares were made.
@@ -350,7 +318,7 @@ impl ChartMaps {
     /// How far along a seam its vertices lie, by the coordinates of one side, and how far beside the
     /// side of the square where that is more.
     fn shares_along(&self, seam: &Seam, side: &SeamSide) -> Vec<f64> {
-        let mesh = self.surface.mesh();
+        let mesh = self.surface().mesh();
         let at = |vertex: VertexId| {
             let corner = mesh
                 .outgoing(vertex)

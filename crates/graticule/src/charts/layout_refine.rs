@@ -5,7 +5,7 @@ use super::{ArcKind, EmbeddedNet};
 use crate::geometry::TriangleShape;
 use crate::mesh::{
     DisjointSets, EdgeId, Element, FaceId, MeshError, PerCorner, PerEdge, PerFace, PerVertex,
-    Surface, SurfacePoint, TriangleMesh, VertexId, triangulate_polygon,
+    RefinedSurface, Surface, SurfacePoint, TriangleMesh, VertexId, triangulate_polygon,
 };
 use crate::periodic::GridMap;
 use crate::quads::{NetArcKind, NetCells};
@@ -301,11 +301,13 @@ impl<'a> Refinement<'a> {
         });
         Ok(EmbeddedNet {
             coordinates: self.coordinates(),
-            face_origin: PerFace::new(self.origins),
-            vertex_origin: PerVertex::new(vertex_origin),
             nodes: PerVertex::new(nodes),
             edges,
-            surface,
+            refined: RefinedSurface {
+                surface,
+                face_origin: PerFace::new(self.origins),
+                vertex_origin: PerVertex::new(vertex_origin),
+            },
         })
     }
 

@@ -6,7 +6,7 @@ use super::layout_refine::embed;
 use super::{ChartKind, ChartLayout, LayoutError};
 use crate::field::{FieldOptions, FieldResult, cross_field};
 use crate::geometry::{EdgeLengths, face_areas, face_shapes, normalized};
-use crate::mesh::{EdgeId, PerCorner, PerEdge, PerFace, Surface};
+use crate::mesh::{EdgeId, PerCorner, PerEdge, PerFace, Surface, TriangleMesh};
 use crate::periodic::{
     ChartSize, GridDensity, GridMap, IntegerGridOptions, ParameterizationReport,
     ParameterizeOptions, integer_grid_map, parameterize,
@@ -22,10 +22,20 @@ pub enum LayoutMap {
     /// have any number of sides.
     ///
     /// [PGP06]: crate::papers::PGP06
-    #[default]
     Periodic,
-    /// An integer grid map: nearly all charts have four sides.
+    /// An integer grid map, of which lines run from the singular points until they meet another:
+    /// nearly all charts are rectangles of the map, with singular points at their corners.
+    #[default]
     IntegerGrid,
+}
+
+impl LayoutMap {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Periodic => "periodic coordinates",
+            Self::IntegerGrid => "an integer grid map",
+        }
+    }
 }
 
 /// Which lines of a map become borders of charts.
@@ -34,14 +44,19 @@ pub enum LayoutMap {
 pub enum ChartLines {
     /// All, so that charts are cells of the net; closer ones in cells that are no disks.
     All,
-    /// Those that bound rectangles with sides of about so many lines. Each singular point is a corner
-    /// of those around it; a rectangle may have several on a side.
-    Rectangles(f64),
+    /// Those that bound rectangles with sides of about so many spacings of lines, which are the unit of
+    /// the layout's coordinates then. Each singular point is a corner of the rectangles around it; where
+    /// one ends along another's side is a T-junction.
+    Rectangles(u32),
 }
 
 /// Lines of an integer grid map along the side of a chart: singular points, which it puts on lines,
 /// move by a small part of a chart only, and no chart is thinner than one spacing.
 const LINES_PER_CHART: u32 = 4;
+
+/// Rounds of relaxing an integer grid map where it squeezes triangles: what it does to them shows in
+/// the atlas.
+const RELAXATION_ROUNDS: usize = 3;
 
 /// How [`chart_layout`] works.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -112,9 +127,13 @@ pub struct LaidOut {
 /// Cuts a surface into charts along the lines of a map that follows a cross field ([PGP06] §3.3).
 ///
 /// Takes any surface: any genus, boundary and number of components. Scaling it changes nothing.
-/// Where the lines of periodic coordinates give no layout, those of an integer grid map are taken,
-/// with the warning `layout-from-integer-grid`; where these give none, edges of the triangles, with
-/// the warning `layout-without-lines`.
+/// Where the map asked for gives no layout, the other is taken, with the warning `layout-from-periodic`
+/// or `layout-from-integer-grid`; where that gives none, edges of the triangles, with the warning
+/// `layout-without-lines`.
+///
+/// An integer grid map has several lines along the side of a chart. Its charts end at lines that run
+/// from singular points to the next line met: about three for each singular point at least, and
+/// more where those would be longer than asked for. Features that it cannot follow are no arcs.
 ///
 /// Cost: near-linear, most of it field and map.
 ///
@@ -144,7 +163,7 @@ pub fn chart_layout(
     })
 }
 
-/// The layout from the map asked for, else from the integer grid map, else without any line.
+/// The layout from the map asked for, else from the other one, else without any line.
 fn first_that_works(
     surface: &Surface,
     field: &FieldResult,
@@ -152,21 +171,21 @@ fn first_that_works(
     options: &LayoutOptions,
     watch: &Watch,
 ) -> Result<Made, LayoutError> {
-    if options.map == LayoutMap::Periodic {
-        match periodic_layout(surface, field, features, options, watch) {
-            Err(error) if !error.is_final() => watch.warn(
-                "layout-from-integer-grid",
-                format!("periodic coordinates gave no layout: {error}"),
-            ),
+    let (other, code) = match options.map {
+        LayoutMap::Periodic => (LayoutMap::IntegerGrid, "layout-from-integer-grid"),
+        LayoutMap::IntegerGrid => (LayoutMap::Periodic, "layout-from-periodic"),
+    };
+    for (map, code) in [(options.map, code), (other, "layout-without-lines")] {
+        let made = match map {
+            LayoutMap::Periodic => periodic_layout(surface, field, features, options, watch),
+            LayoutMap::IntegerGrid => integer_layout(surface, field, features, options, watch),
+        };
+        match made {
+            Err(error) if !error.is_final() => {
+                watch.warn(code, format!("{} gave no layout: {error}", map.name()));
+            }
             outcome => return outcome,
         }
-    }
-    match integer_layout(surface, field, features, options, watch) {
-        Err(error) if !error.is_final() => watch.warn(
-            "layout-without-lines",
-            format!("an integer grid map gave no layout: {error}"),
-        ),
-        outcome => return outcome,
     }
     layout_without_lines(surface, features, watch)
 }
@@ -233,10 +252,11 @@ fn integer_layout(
         align_boundary: options.coordinates.follow_boundary,
         features: features.to_vec(),
         sizing: field.scale.clone(),
+        relaxation_rounds: RELAXATION_ROUNDS,
         ..IntegerGridOptions::default()
     };
     let map = integer_grid_map(surface, &field.field, &wanted, watch)?.map;
-    let lines = ChartLines::Rectangles(f64::from(LINES_PER_CHART));
+    let lines = ChartLines::Rectangles(LINES_PER_CHART);
     let made = Made::of(surface, map, features, lines, watch)?;
     Ok(Made {
         map_kind: Some(LayoutMap::IntegerGrid),
@@ -275,10 +295,11 @@ fn density(surface: &Surface, size: ChartSize) -> GridDensity {
     }
 }
 
-/// Cuts a surface into charts along the lines of a map ([PGP06] Algorithm 2, by combinatorics alone).
+/// Cuts a surface into charts along lines of a map ([PGP06] Algorithm 2, by combinatorics alone).
 ///
 /// Triangles that the map leaves out, flattens or turns over count as singular: lines end there and
-/// are taken back to the next crossing. Boundary and features are arcs. A chart that is no disk, or
+/// are taken back to the next crossing. The boundary is an arc, and so are features; with
+/// [`ChartLines::Rectangles`] those that lines follow. A chart that is no disk, or
 /// stands out of its border so far that this does not show its shape, gets lines half or a quarter as
 /// far apart; one that is no disk still is cut along edges, so that every surface has a layout. Both
 /// are warnings.
@@ -310,20 +331,31 @@ pub fn layout_from_map(
     let map = map_for_charts(mesh, map)?;
     let mut marks = PerEdge::filled(mesh.edge_count(), false);
     for &edge in features {
-        marks[edge] = true;
+        marks[edge] = lines == ChartLines::All || is_followed(mesh, &map, edge);
     }
     let cells = match lines {
         ChartLines::All => NetCells::of(&unit, &map, Some(&marks), watch)?,
         ChartLines::Rectangles(spacings) => {
-            NetCells::rectangles(&unit, &map, Some(&marks), spacings, watch)?
+            NetCells::rectangles(&unit, &map, Some(&marks), f64::from(spacings), watch)?
         }
     };
     watch.check()?;
-    let layout = ChartLayout::new(embed(&unit, &map, &cells)?)?;
+    let mut net = embed(&unit, &map, &cells)?;
+    if let ChartLines::Rectangles(spacings) = lines {
+        let unit = f64::from(spacings);
+        net.coordinates = (net.coordinates).map(|point| point.map(|point| point / unit));
+    }
+    let layout = ChartLayout::new(net)?;
     layout.check_areas(&unit)?;
     warn_of_cells(&cells, watch);
     let report = report(&layout, &cells, left_out_count(&map));
     Ok((layout.carried_to(surface)?, report))
+}
+
+/// Whether a line of the map runs along an edge.
+fn is_followed(mesh: &TriangleMesh, map: &GridMap, edge: EdgeId) -> bool {
+    let side = mesh.edge_halfedge(edge);
+    map.has_line_along(side) || mesh.twin(side).is_some_and(|twin| map.has_line_along(twin))
 }
 
 fn warn_of_cells(cells: &NetCells, watch: &Watch) {

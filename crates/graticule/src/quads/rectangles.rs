@@ -190,7 +190,8 @@ impl<'a> Thinning<'a> {
                 continue;
             }
             let walk = self.walk(first);
-            walk.iter().for_each(|&dart| is_walked[dart as usize] = true);
+            walk.iter()
+                .for_each(|&dart| is_walked[dart as usize] = true);
             let cell = of_face[face as usize] as usize;
             if is_done[cell] {
                 continue;
@@ -295,7 +296,9 @@ impl<'a> Thinning<'a> {
             let around: Vec<u32> = std::iter::once(leaving)
                 .chain(self.onward(twin(leaving)))
                 .collect();
-            if around.len() == 4 && is_open(cell) && !std::mem::replace(&mut seen[cell as usize], true)
+            if around.len() == 4
+                && is_open(cell)
+                && !std::mem::replace(&mut seen[cell as usize], true)
             {
                 self.is_met[node] = true;
                 starts.push(around);
