@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use glam::{DVec2, DVec3};
 
-use super::chart_map::{ChartMapError, ChartMaps, ChartSquare, Seam, SeamKey, SeamSide};
+use super::chart_map::{ChartMaps, ChartSquare, Seam, SeamKey, SeamSide};
 use super::chart_map_squares::{MappedSquare, SidePiece};
 use super::split_mesh::{TriangleOrigin, VertexName};
-use super::{ChartId, ChartLayout, SquareId};
+use super::{ChartId, ChartLayout, ChartMapError, SquareId};
 use crate::mesh::{
     Element, PerCorner, PerFace, PerVertex, RefinedSurface, Surface, SurfacePoint, VertexId,
 };

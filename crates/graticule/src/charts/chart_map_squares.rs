@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::chart_map::{ChartMapError, SeamKey};
+use super::chart_map::SeamKey;
 use super::chart_map_polygon::{
     ChartMethod, PolygonSide, corner_places, is_upright, polygon_map, sides_along, square_map,
 };
@@ -12,7 +12,7 @@ use super::split_arcs::{
 };
 use super::split_mesh::{ChartDisk, NONE, TriangleOrigin, VertexName};
 use super::split_spokes::{Spokes, cut_spokes};
-use super::{ChartId, ChartLayout, Direction};
+use super::{ChartId, ChartLayout, ChartMapError, Direction};
 use crate::mesh::{Element, FaceId, HalfedgeId, PerFace, Surface};
 use crate::watch::Watch;
 

@@ -3,6 +3,7 @@ use std::collections::BTreeSet;
 use glam::{DVec2, DVec3};
 use graticule_fixtures::icosphere;
 
+use super::chart_map::lay_down;
 use super::layout_examples::{cube_net, torus_net};
 use super::*;
 use crate::geometry::{face_areas, face_shapes};
@@ -139,6 +140,19 @@ fn charts_with_singularities_agree_with_their_neighbours() {
         [counts.net, counts.mean_value, counts.split_charts],
         [3, 3, 0]
     );
+}
+
+#[test]
+fn charts_whose_borders_are_evened_out_agree_with_their_neighbours() {
+    let net = cube_with_singularities(6);
+    let input = net.refined.surface.clone();
+    let layout = ChartLayout::new(net).unwrap();
+    let options = ChartMapOptions::default();
+    let is_even = vec![true; layout.arcs().len()];
+    let assembly = lay_down(&input, &layout, &options, &is_even, &Watch::new()).unwrap();
+    let maps = assembly.unwrap().finish(&layout).unwrap();
+    check(&input, &maps);
+    assert!(maps.largest_gap() < 1e-9);
 }
 
 #[test]
