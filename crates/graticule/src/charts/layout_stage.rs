@@ -4,12 +4,12 @@ use serde::Serialize;
 use super::layout_map::{left_out_count, map_for_charts};
 use super::layout_refine::embed;
 use super::{ChartKind, ChartLayout, LayoutError};
-use crate::field::{FieldOptions, FieldResult, cross_field};
+use crate::field::{CrossField, FieldOptions, FieldResult, cross_field};
 use crate::geometry::{EdgeLengths, face_areas, face_shapes, normalized};
 use crate::mesh::{EdgeId, PerCorner, PerEdge, PerFace, Surface, TriangleMesh};
 use crate::periodic::{
-    ChartSize, GridDensity, GridMap, IntegerGridOptions, ParameterizationReport,
-    ParameterizeOptions, integer_grid_map, parameterize,
+    ChartSize, GridDensity, GridMap, IntegerGrid, IntegerGridMap, IntegerGridOptions,
+    ParameterizationReport, ParameterizeOptions, parameterize,
 };
 use crate::quads::{NetCells, all_features};
 use crate::watch::Watch;
@@ -51,8 +51,9 @@ pub enum ChartLines {
 }
 
 /// Lines of an integer grid map along the side of a chart: singular points, which it puts on lines,
-/// move by a small part of a chart only, and no chart is thinner than one spacing.
-const LINES_PER_CHART: u32 = 4;
+/// move by a small part of a chart only, and no chart is thinner than one spacing. The later ones are
+/// for surfaces with parts so thin, or features so close, that there are flips else.
+const LINES_PER_CHART: [u32; 3] = [4, 8, 16];
 
 /// Rounds of relaxing an integer grid map where it squeezes triangles: what it does to them shows in
 /// the atlas.
@@ -131,7 +132,7 @@ pub struct LaidOut {
 /// or `layout-from-integer-grid`; where that gives none, edges of the triangles, with the warning
 /// `layout-without-lines`.
 ///
-/// An integer grid map has several lines along the side of a chart. Its charts end at lines that run
+/// An integer grid map has four lines along the side of a chart, or more where it has flips else. Its charts end at lines that run
 /// from singular points to the next line met: about three for each singular point at least, and
 /// more where those would be longer than asked for. Features that it cannot follow are no arcs.
 ///
@@ -248,20 +249,45 @@ fn integer_layout(
     watch: &Watch,
 ) -> Result<Made, LayoutError> {
     let wanted = IntegerGridOptions {
-        density: density(surface, options.coordinates.chart_size),
         align_boundary: options.coordinates.follow_boundary,
         features: features.to_vec(),
         sizing: field.scale.clone(),
         relaxation_rounds: RELAXATION_ROUNDS,
         ..IntegerGridOptions::default()
     };
-    let map = integer_grid_map(surface, &field.field, &wanted, watch)?.map;
-    let lines = ChartLines::Rectangles(LINES_PER_CHART);
-    let made = Made::of(surface, map, features, lines, watch)?;
+    let size = options.coordinates.chart_size;
+    let (map, lines) = integer_map(surface, &field.field, &wanted, size, watch)?;
+    let made = Made::of(surface, map, features, ChartLines::Rectangles(lines), watch)?;
     Ok(Made {
         map_kind: Some(LayoutMap::IntegerGrid),
         ..made
     })
+}
+
+/// An integer grid map, with closer lines where it has flips else, and the number of lines along the
+/// side of a chart.
+fn integer_map(
+    surface: &Surface,
+    field: &CrossField,
+    wanted: &IntegerGridOptions,
+    size: ChartSize,
+    watch: &Watch,
+) -> Result<(GridMap, u32), LayoutError> {
+    let mut grid = IntegerGrid::of(surface, field, wanted, watch)?;
+    let mut best: Option<(IntegerGridMap, u32)> = None;
+    for lines in LINES_PER_CHART {
+        let made = grid.map(density(surface, size, lines), watch)?;
+        let flips = made.report.flips;
+        if (best.as_ref()).is_none_or(|(best, _)| flips < best.report.flips) {
+            best = Some((made, lines));
+        }
+        if flips == 0 {
+            break;
+        }
+    }
+    let (made, lines) = best.unwrap_or_else(|| unreachable!("one density at least was tried"));
+    made.report.warn(watch);
+    Ok((made.map, lines))
 }
 
 /// The surface cut into disks along its edges alone.
@@ -280,10 +306,10 @@ fn layout_without_lines(
     Made::of(surface, map, features, ChartLines::All, watch)
 }
 
-/// The density of a net with [`LINES_PER_CHART`] lines along the side of a chart.
+/// The density of a net with so many lines along the side of a chart.
 #[expect(clippy::cast_sign_loss, reason = "it is 1 at least")]
-fn density(surface: &Surface, size: ChartSize) -> GridDensity {
-    let lines = f64::from(LINES_PER_CHART);
+fn density(surface: &Surface, size: ChartSize, lines: u32) -> GridDensity {
+    let lines = f64::from(lines);
     match size {
         ChartSize::MeanEdges(count) => {
             GridDensity::EdgeLength(count * EdgeLengths::of(surface).mean() / lines)
