@@ -20,7 +20,7 @@ pub const UDIM_COLUMNS: u32 = 10;
 const CELLS: [f64; 2] = [0.25, 0.5];
 
 /// What sides of squares that keep the net may be multiples of, in its spacings.
-const NET_UNITS: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
+const NET_UNITS: [f64; 6] = [1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125];
 
 /// Most cells along the side of a tile.
 const MOST_CELLS: f64 = 2048.0;

@@ -128,9 +128,33 @@ pub(super) fn left_out_count(map: &GridMap) -> usize {
 
 /// The share of the way along each edge at which its nodes lie, at least a small part of the edge
 /// apart from each other and from its ends.
+///
+/// Nodes that are too near to each other move apart in both directions, each as little as it can (least
+/// squares: pools of neighbours about their means): where two lines cross beside the edge, both make
+/// room for the crossing.
 pub(super) fn spread_shares(shares: &mut [f64]) {
     let count = shares.len();
     let gap = (NODE_GAP / (count + 1) as f64).min(SPREAD_SHARE);
+    let mut pools: Vec<(f64, u32)> = Vec::new();
+    for (index, &share) in shares.iter().enumerate() {
+        let mut pool = (share - index as f64 * gap, 1);
+        while let Some(&(sum, count)) = pools.last()
+            && sum * f64::from(pool.1) > pool.0 * f64::from(count)
+        {
+            pools.pop();
+            pool = (pool.0 + sum, pool.1 + count);
+        }
+        pools.push(pool);
+    }
+    let mut index = 0;
+    for (sum, count) in pools {
+        for _ in 0..count {
+            if count > 1 {
+                shares[index] = sum / f64::from(count) + index as f64 * gap;
+            }
+            index += 1;
+        }
+    }
     let mut least = gap;
     for share in shares.iter_mut() {
         *share = share.max(least);
@@ -164,6 +188,12 @@ mod tests {
                 .windows(2)
                 .all(|pair| pair[1] - pair[0] > 0.9 * SPREAD_SHARE),
             "{shares:?}"
+        );
+        let mut pair = [0.5, 0.5];
+        spread_shares(&mut pair);
+        assert!(
+            (pair[0] + pair[1] - 1.0).abs() < 1e-12 && pair[0] < 0.5,
+            "{pair:?}"
         );
         let mut apart = [0.2, 0.6];
         spread_shares(&mut apart);
