@@ -6,7 +6,7 @@
 //!
 //! ```
 //! use graticule::charts::{
-//!     Arrangement, ChartMapOptions, base_complex, chart_atlas, chart_maps, layout_from_map,
+//!     Arrangement, ChartLines, ChartMapOptions, base_complex, chart_atlas, chart_maps, layout_from_map,
 //! };
 //! use graticule::field::{FieldOptions, cross_field};
 //! use graticule::measure::measure_quads;

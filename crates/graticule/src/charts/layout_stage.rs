@@ -5,7 +5,7 @@ use super::layout_map::{left_out_count, map_for_charts};
 use super::layout_refine::embed;
 use super::{ChartKind, ChartLayout, LayoutError};
 use crate::field::{CrossField, FieldOptions, FieldResult, cross_field};
-use crate::geometry::{EdgeLengths, face_areas, face_shapes, normalized};
+use crate::geometry::{EdgeLengths, face_areas, face_shapes, normalized, total_area};
 use crate::mesh::{EdgeId, PerCorner, PerEdge, PerFace, Surface, TriangleMesh};
 use crate::periodic::{
     ChartSize, GridDensity, GridMap, IntegerGrid, IntegerGridMap, IntegerGridOptions,
@@ -50,10 +50,16 @@ pub enum ChartLines {
     Rectangles(u32),
 }
 
-/// Lines of an integer grid map along the side of a chart: singular points, which it puts on lines,
-/// move by a small part of a chart only, and no chart is thinner than one spacing. The later ones are
-/// for surfaces with parts so thin, or features so close, that there are flips else.
-const LINES_PER_CHART: [u32; 3] = [4, 8, 16];
+/// Lines of an integer grid map along the side of a chart, if charts have room for them: singular
+/// points, which it puts on lines, move by a small part of a chart only, and no chart is thinner than one
+/// spacing.
+const LINES_PER_CHART: u32 = 4;
+
+/// The same, at most, on surfaces with parts so thin, or features so close, that there are flips else.
+const MOST_LINES_PER_CHART: u32 = 16;
+
+/// The least distance of lines in mean edges: closer ones cost more than the triangles do.
+const CLOSEST_LINES: f64 = 0.25;
 
 /// Rounds of relaxing an integer grid map where it squeezes triangles: what it does to them shows in
 /// the atlas.
@@ -273,21 +279,35 @@ fn integer_map(
     size: ChartSize,
     watch: &Watch,
 ) -> Result<(GridMap, u32), LayoutError> {
+    let mean_edge = EdgeLengths::of(surface).mean();
+    let side = chart_side(surface, size, mean_edge);
+    let has_room = |lines: u32| side / f64::from(lines) >= CLOSEST_LINES * mean_edge;
+    let mut lines = LINES_PER_CHART;
+    while lines > 1 && !has_room(lines) {
+        lines /= 2;
+    }
     let mut grid = IntegerGrid::of(surface, field, wanted, watch)?;
-    let mut best: Option<(IntegerGridMap, u32)> = None;
-    for lines in LINES_PER_CHART {
-        let made = grid.map(density(surface, size, lines), watch)?;
-        let flips = made.report.flips;
-        if (best.as_ref()).is_none_or(|(best, _)| flips < best.report.flips) {
-            best = Some((made, lines));
-        }
-        if flips == 0 {
-            break;
+    let at = |lines: u32| GridDensity::EdgeLength(side / f64::from(lines));
+    let mut best = (grid.map(at(lines), watch)?, lines);
+    while best.0.report.flips > 0 && lines < MOST_LINES_PER_CHART && has_room(2 * lines) {
+        lines *= 2;
+        let made = grid.map(at(lines), watch)?;
+        if made.report.flips < best.0.report.flips {
+            best = (made, lines);
         }
     }
-    let (made, lines) = best.unwrap_or_else(|| unreachable!("one density at least was tried"));
-    made.report.warn(watch);
-    Ok((made.map, lines))
+    let (IntegerGridMap { map, report }, lines) = best;
+    report.warn(watch);
+    Ok((map, lines))
+}
+
+/// The side of a chart of the size asked for.
+fn chart_side(surface: &Surface, size: ChartSize, mean_edge: f64) -> f64 {
+    match size {
+        ChartSize::MeanEdges(count) => count * mean_edge,
+        ChartSize::Length(length) => length,
+        ChartSize::Count(count) => (total_area(&face_shapes(surface)) / count).sqrt(),
+    }
 }
 
 /// The surface cut into disks along its edges alone.
@@ -304,21 +324,6 @@ fn layout_without_lines(
         PerFace::filled(mesh.face_count(), true),
     )?;
     Made::of(surface, map, features, ChartLines::All, watch)
-}
-
-/// The density of a net with so many lines along the side of a chart.
-#[expect(clippy::cast_sign_loss, reason = "it is 1 at least")]
-fn density(surface: &Surface, size: ChartSize, lines: u32) -> GridDensity {
-    let lines = f64::from(lines);
-    match size {
-        ChartSize::MeanEdges(count) => {
-            GridDensity::EdgeLength(count * EdgeLengths::of(surface).mean() / lines)
-        }
-        ChartSize::Length(length) => GridDensity::EdgeLength(length / lines),
-        ChartSize::Count(count) => {
-            GridDensity::Quads((count.max(1.0) * lines * lines).round() as usize)
-        }
-    }
 }
 
 /// Cuts a surface into charts along lines of a map ([PGP06] Algorithm 2, by combinatorics alone).
