@@ -190,8 +190,9 @@ impl<'a> Thinning<'a> {
                 continue;
             }
             let walk = self.walk(first);
-            walk.iter()
-                .for_each(|&dart| is_walked[dart as usize] = true);
+            for &dart in &walk {
+                is_walked[dart as usize] = true;
+            }
             let cell = of_face[face as usize] as usize;
             if is_done[cell] {
                 continue;
@@ -305,7 +306,9 @@ impl<'a> Thinning<'a> {
             }
         }
         let cuts = starts.len();
-        starts.iter().for_each(|around| self.trace(around));
+        for around in &starts {
+            self.trace(around);
+        }
         cuts
     }
 }
