@@ -6,7 +6,7 @@
 //!
 //! ```
 //! use graticule::charts::{
-//!     Arrangement, ChartMapOptions, base_complex, chart_atlas, chart_maps, layout_from_map,
+//!     Arrangement, ChartLines, ChartMapOptions, base_complex, chart_atlas, chart_maps, layout_from_map,
 //! };
 //! use graticule::field::{FieldOptions, cross_field};
 //! use graticule::measure::measure_quads;
@@ -61,7 +61,7 @@
 //!     ..IntegerGridOptions::default()
 //! };
 //! let net = integer_grid_map(surface, &crosses.field, &coarse, &watch)?;
-//! let (layout, _) = layout_from_map(surface, &net.map, &[], &watch)?;
+//! let (layout, _) = layout_from_map(surface, &net.map, &[], ChartLines::All, &watch)?;
 //! assert_eq!(base_complex(&layout).euler_characteristic(), 0);
 //! let maps = chart_maps(surface, &layout, &ChartMapOptions::default(), &watch)?;
 //! let atlas = chart_atlas(&maps, &Arrangement::default(), &watch)?;

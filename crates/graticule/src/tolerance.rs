@@ -530,6 +530,10 @@ pub const FAIR_COUNT_ROUNDS: usize = 4;
 /// keep their orientation with a wide margin.
 pub const FLAT_IN_NET: f64 = 1e-5;
 
+/// Distortion of a triangle in a net above which it is squeezed: (|J|² + det² + 1) / det is 4 where it is
+/// as wished, and this where it has a tenth of its width.
+pub const SQUEEZED_IN_NET: f64 = 20.0;
+
 /// Area of a triangle in periodic coordinates, over the area wanted, below which it counts as nearly
 /// inverted and is untangled.
 ///
@@ -545,10 +549,18 @@ pub const LAYOUT_AREA: f64 = 1e-9;
 /// rounding over a million triangles, far below the size of any triangle.
 pub const CHART_AGREEMENT: f64 = 1e-8;
 
-/// Lines of a layout that pass by a vertex at this share of an edge or less pass through it; nodes on
-/// an edge are as far apart where there is room: small beside a chart, large enough that triangles
-/// cut off by arcs are no needles.
+/// Lines of a layout that pass by a vertex at this share of an edge or less pass through it: small
+/// beside a chart, large enough that triangles cut off by arcs are no needles.
 pub const SNAPPED_SHARE: f64 = 0.02;
+
+/// A triangle of which less than this share would be left in the map is a reason not to move a vertex
+/// onto a line: what it is squeezed by counts in stretch.
+pub const LEAST_SNAPPED_AREA: f64 = 0.25;
+
+/// Nodes on an edge are this share of its length apart at least, where there is room. As coordinates on
+/// lines stay whole where nodes are moved apart, the triangles between are squeezed: it is as small as
+/// triangles that are no needles to double precision allow.
+pub const SPREAD_SHARE: f64 = 1e-3;
 
 /// Lines of a layout move by this share of a chart's side at most to pass through a vertex, where
 /// triangles are larger than charts.

@@ -13,7 +13,8 @@ fn a_sphere_is_cut_into_charts_with_base_complex_picture_and_report() {
     );
     let result = &bench.json("report.json")["result"];
     assert_eq!(result["euler_characteristic"], 2);
-    assert_eq!(result["map"], "periodic");
+    assert_eq!(result["map"], "integer-grid");
+    assert_eq!(result["singular_share"], 0.0);
     let charts = result["charts"].as_u64().unwrap();
     assert!(charts > 30, "{charts}");
     assert!(has_content(&bench.path("picture.png")));
@@ -43,7 +44,7 @@ fn both_maps_and_every_size_lay_out_a_torus_and_a_tube() {
     ] {
         let bench = Bench::with(&shape);
         for options in [
-            "--map integer-grid",
+            "--map periodic",
             "--chart-count 12",
             "--chart-length 0.9 --curl-correction",
             "--chart-size 200",

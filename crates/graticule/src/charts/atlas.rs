@@ -3,15 +3,14 @@
 use glam::DVec2;
 use serde::Serialize;
 
-use super::SquareId;
 use super::atlas_packing::{Cell, pack_cells};
 use super::atlas_sizes::sizes_in_space;
 use super::chart_map::ChartMaps;
-use crate::Hint;
+use super::{ChartAtlasError, SquareId};
 use crate::measure::orientation;
 use crate::mesh::{Element, PerCorner};
 use crate::tolerance::WHOLE_LENGTH;
-use crate::watch::{Stopped, Watch};
+use crate::watch::Watch;
 
 /// Tiles in a row of the UDIM numbering.
 pub const UDIM_COLUMNS: u32 = 10;
@@ -21,46 +20,10 @@ pub const UDIM_COLUMNS: u32 = 10;
 const CELLS: [f64; 2] = [0.25, 0.5];
 
 /// What sides of squares that keep the net may be multiples of, in its spacings.
-const NET_UNITS: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
+const NET_UNITS: [f64; 6] = [1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125];
 
 /// Most cells along the side of a tile.
 const MOST_CELLS: f64 = 2048.0;
-
-/// Why squares could not be packed.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum ChartAtlasError {
-    /// The padding leaves no texel for the squares.
-    #[error("a square of {texels:.1} texels has no room for a padding of {padding}")]
-    Padding {
-        /// Texels along a side of the smallest squares.
-        texels: f64,
-        /// Texels between squares.
-        padding: u32,
-    },
-    /// A number of texels, of tiles or a density that is none.
-    #[error("{what} is {value}; it must be above 0 and finite")]
-    BadNumber {
-        /// What it is.
-        what: &'static str,
-        /// Its value.
-        value: f64,
-    },
-    /// The computation was stopped.
-    #[error(transparent)]
-    Stopped(#[from] Stopped),
-}
-
-impl Hint for ChartAtlasError {
-    fn hint(&self) -> Option<String> {
-        match self {
-            Self::Padding { .. } => {
-                Some("ask for a larger resolution, more tiles, or less padding".into())
-            }
-            Self::BadNumber { .. } => None,
-            Self::Stopped(stopped) => stopped.hint(),
-        }
-    }
-}
 
 /// How squares are laid side by side.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

@@ -130,7 +130,9 @@ pub fn base_complex(layout: &ChartLayout) -> BaseComplex {
                 .map(|&node| layout.surface().position(node))
                 .collect(),
             polygons,
-            origins: nodes.map(|&node| layout.vertex_origin()[node]).collect(),
+            origins: nodes
+                .map(|&node| layout.refined().vertex_origin[node])
+                .collect(),
             feature_edges,
         },
         neighbors,

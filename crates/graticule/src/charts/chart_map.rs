@@ -10,79 +10,13 @@ use serde::Serialize;
 
 use super::chart_map_assembly::Assembly;
 use super::chart_map_polygon::ChartMethod;
-use super::chart_map_squares::{Layouted, weights_in};
+use super::chart_map_squares::Layouted;
 use super::split::plan_charts;
 use super::split_arcs::{finish_arcs, parameterize_arcs};
-use super::{ArcId, ChartId, ChartLayout, SquareId};
-use crate::Hint;
-use crate::flatten::{BoundaryError, FlattenError};
-use crate::mesh::{
-    Element, FaceId, MeshError, PerCorner, PerFace, PerVertex, Surface, SurfacePoint, VertexId,
-};
-use crate::watch::{Stopped, Watch};
-
-/// Why charts could not be laid down.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum ChartMapError {
-    /// The layout was made from another surface.
-    #[error("the layout was not made from this surface: its triangles do not lie on it")]
-    OtherInput,
-    /// The arcs round a chart are not its border.
-    #[error("the arcs of {chart} are not its border")]
-    Border {
-        /// The chart.
-        chart: ChartId,
-    },
-    /// The border of a chart was not laid down as a polygon.
-    #[error("{chart}: {reason}")]
-    Polygon {
-        /// The chart.
-        chart: ChartId,
-        /// What is wrong with it.
-        reason: BoundaryError,
-    },
-    /// The lines that split a chart went astray.
-    #[error("double precision does not suffice to split {chart} from its centre")]
-    Spokes {
-        /// The chart.
-        chart: ChartId,
-    },
-    /// A chart could not be laid onto its polygon.
-    #[error("{chart}: {reason}")]
-    Chart {
-        /// The chart.
-        chart: ChartId,
-        /// What is in the way.
-        reason: FlattenError,
-    },
-    /// The squares put together are no mesh.
-    #[error(transparent)]
-    Mesh(#[from] MeshError),
-    /// The computation was stopped.
-    #[error(transparent)]
-    Stopped(#[from] Stopped),
-}
-
-impl ChartMapError {
-    pub(super) fn of_chart(chart: ChartId, reason: FlattenError) -> Self {
-        match reason {
-            FlattenError::Stopped(stopped) => Self::Stopped(stopped),
-            reason => Self::Chart { chart, reason },
-        }
-    }
-}
-
-impl Hint for ChartMapError {
-    fn hint(&self) -> Option<String> {
-        match self {
-            Self::OtherInput => Some("give the surface that the layout was made from".into()),
-            Self::Border { .. } | Self::Polygon { .. } | Self::Mesh(_) => None,
-            Self::Spokes { .. } => Some("make charts smaller".into()),
-            Self::Chart { reason, .. } => reason.hint(),
-            Self::Stopped(stopped) => stopped.hint(),
-        }
-    }
-}
+use super::{ArcId, ChartId, ChartLayout, ChartMapError, SquareId};
+use crate::flatten::FlattenError;
+use crate::mesh::{Element, FaceId, PerCorner, PerFace, RefinedSurface, Surface, VertexId};
+use crate::watch::Watch;
 
 /// How charts are laid onto squares.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -162,9 +96,7 @@ pub(super) enum SeamKey {
 /// and along each seam the coordinates of both sides agree up to one affine map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChartMaps {
-    pub(super) surface: Surface,
-    pub(super) face_origin: PerFace<FaceId>,
-    pub(super) vertex_origin: PerVertex<SurfacePoint>,
+    pub(super) refined: RefinedSurface,
     pub(super) square_of: PerFace<SquareId>,
     pub(super) coordinates: PerCorner<DVec2>,
     pub(super) squares: Vec<ChartSquare>,
@@ -201,8 +133,10 @@ pub struct ChartMapCounts {
 /// so that they stay inside and meet nowhere else. A T-junction is a place on a side of the one square and
 /// a corner of the others.
 ///
-/// A warning (`chart-map-fallback`) tells of charts that rounding made another method necessary for;
-/// with [`keep_net`](ChartMapOptions::keep_net), another (`net-not-kept`) of charts whose seams will
+/// Where a chart finds no room to double precision, as steps along its border differ by many orders of
+/// magnitude, vertices there are spread evenly, with the warning `chart-borders-evened`. Another warning
+/// (`chart-map-fallback`) tells of charts that rounding made another method necessary for;
+/// with [`keep_net`](ChartMapOptions::keep_net), a third (`net-not-kept`) of charts whose seams will
 /// show.
 ///
 /// Cost: near-linear; charts are laid down in parallel.
@@ -218,42 +152,90 @@ pub fn chart_maps(
     watch: &Watch,
 ) -> Result<ChartMaps, ChartMapError> {
     let _stage = watch.stage("chart maps");
-    let mut arcs = parameterize_arcs(layout);
-    let plans = plan_charts(layout, &mut arcs, options.keep_net);
-    let shared = finish_arcs(&mut arcs, layout);
-    let layouted = Layouted::new(input, layout, &arcs, options.improvement_steps);
-    let squares = plans.par_iter().enumerate().map(|(index, plan)| {
-        watch.check()?;
-        layouted.squares(ChartId::from_index(index), plan, watch)
-    });
-    let squares = squares.collect::<Result<Vec<_>, _>>()?;
-    let mut assembly = Assembly::new(shared as usize);
-    for (index, (squares, plan)) in squares.into_iter().zip(&plans).enumerate() {
-        assembly.add(ChartId::from_index(index), squares, plan.keeps_net);
-    }
+    let mut is_even = vec![false; layout.arcs().len()];
+    let assembly = loop {
+        match lay_down(input, layout, options, &is_even, watch)? {
+            Ok(assembly) => break assembly,
+            Err(failures) => even_out(layout, &mut is_even, failures, watch)?,
+        }
+    };
     let mut maps = assembly.finish(layout)?;
     maps.relax(options.relaxation_rounds, watch)?;
     maps.warn(*options, watch);
     Ok(maps)
 }
 
+/// The squares of all charts, or the charts that there is no room for on their squares, each with what
+/// is in the way.
+pub(super) fn lay_down(
+    input: &Surface,
+    layout: &ChartLayout,
+    options: &ChartMapOptions,
+    is_even: &[bool],
+    watch: &Watch,
+) -> Result<Result<Assembly, Vec<(ChartId, FlattenError)>>, ChartMapError> {
+    let mut arcs = parameterize_arcs(layout, is_even);
+    let plans = plan_charts(layout, &mut arcs, options.keep_net);
+    let shared = finish_arcs(&mut arcs, layout);
+    let layouted = Layouted::new(input, layout, &arcs, options.improvement_steps);
+    let squares = plans.par_iter().enumerate().map(|(index, plan)| {
+        watch.check()?;
+        match layouted.squares(ChartId::from_index(index), plan, watch) {
+            Err(ChartMapError::Chart { chart, reason }) => Ok(Err((chart, reason))),
+            outcome => outcome.map(Ok),
+        }
+    });
+    let mut assembly = Assembly::new(shared as usize);
+    let mut failures = Vec::new();
+    let squares: Vec<_> = squares.collect::<Result<_, ChartMapError>>()?;
+    for (index, (squares, plan)) in squares.into_iter().zip(&plans).enumerate() {
+        match squares {
+            Ok(squares) => assembly.add(ChartId::from_index(index), squares, plan.keeps_net),
+            Err(failure) => failures.push(failure),
+        }
+    }
+    Ok(if failures.is_empty() {
+        Ok(assembly)
+    } else {
+        Err(failures)
+    })
+}
+
+/// Spreads the vertices on the arcs of charts evenly; the first failure, where they were so already.
+fn even_out(
+    layout: &ChartLayout,
+    is_even: &mut [bool],
+    failures: Vec<(ChartId, FlattenError)>,
+    watch: &Watch,
+) -> Result<(), ChartMapError> {
+    let count = failures.len();
+    for (chart, reason) in failures {
+        let mut arcs = layout.chart(chart).sides.iter().flatten();
+        if arcs.clone().all(|(arc, _)| is_even[arc.index()]) {
+            return Err(ChartMapError::Chart { chart, reason });
+        }
+        arcs.by_ref()
+            .for_each(|(arc, _)| is_even[arc.index()] = true);
+    }
+    let message = format!(
+        "{count} charts had no room on squares, to double precision: vertices along their borders are \
+         spread evenly instead of by length"
+    );
+    watch.warn("chart-borders-evened", message);
+    Ok(())
+}
+
 impl ChartMaps {
     /// The layout's surface, refined further.
     #[must_use]
+    pub fn refined(&self) -> &RefinedSurface {
+        &self.refined
+    }
+
+    /// The surface of [`refined`](Self::refined).
+    #[must_use]
     pub fn surface(&self) -> &Surface {
-        &self.surface
-    }
-
-    /// The input's triangle that each triangle is part of.
-    #[must_use]
-    pub fn face_origin(&self) -> &PerFace<FaceId> {
-        &self.face_origin
-    }
-
-    /// Where each vertex lies on the input.
-    #[must_use]
-    pub fn vertex_origin(&self) -> &PerVertex<SurfacePoint> {
-        &self.vertex_origin
+        &self.refined.surface
     }
 
     /// The square of each triangle.
@@ -283,30 +265,6 @@ impl ChartMaps {
     /// The triangles of a square.
     pub fn faces_of(&self, square: SquareId) -> impl ExactSizeIterator<Item = FaceId> + use<> {
         self.squares[square.index()].faces.clone().map(FaceId)
-    }
-
-    /// The point of the input with these weights of a triangle's corners; `None` if `input` is another
-    /// surface.
-    #[must_use]
-    pub fn point_on_input(
-        &self,
-        input: &Surface,
-        face: FaceId,
-        weights: [f64; 3],
-    ) -> Option<SurfacePoint> {
-        let origin = self.face_origin[face];
-        let mut barycentric = [0.0; 3];
-        for (vertex, weight) in self.surface.mesh().triangle(face).iter().zip(weights) {
-            let corner = weights_in(input, &self.vertex_origin[*vertex], origin)?;
-            barycentric
-                .iter_mut()
-                .zip(corner)
-                .for_each(|(sum, part)| *sum += weight * part);
-        }
-        Some(SurfacePoint {
-            face: origin,
-            barycentric,
-        })
     }
 
     /// How the squares were made.
@@ -350,7 +308,7 @@ impl ChartMaps {
     /// How far along a seam its vertices lie, by the coordinates of one side, and how far beside the
     /// side of the square where that is more.
     fn shares_along(&self, seam: &Seam, side: &SeamSide) -> Vec<f64> {
-        let mesh = self.surface.mesh();
+        let mesh = self.surface().mesh();
         let at = |vertex: VertexId| {
             let corner = mesh
                 .outgoing(vertex)

@@ -4,11 +4,13 @@ use std::collections::BTreeMap;
 
 use glam::{DVec2, DVec3};
 
-use super::chart_map::{ChartMapError, ChartMaps, ChartSquare, Seam, SeamKey, SeamSide};
+use super::chart_map::{ChartMaps, ChartSquare, Seam, SeamKey, SeamSide};
 use super::chart_map_squares::{MappedSquare, SidePiece};
 use super::split_mesh::{TriangleOrigin, VertexName};
-use super::{ChartId, ChartLayout, SquareId};
-use crate::mesh::{Element, PerCorner, PerFace, PerVertex, Surface, SurfacePoint, VertexId};
+use super::{ChartId, ChartLayout, ChartMapError, SquareId};
+use crate::mesh::{
+    Element, PerCorner, PerFace, PerVertex, RefinedSurface, Surface, SurfacePoint, VertexId,
+};
 
 /// A surface that squares are added to.
 #[derive(Default)]
@@ -116,13 +118,15 @@ impl Assembly {
     /// The maps, with the places of the layout's own vertices as it has them.
     pub(super) fn finish(self, layout: &ChartLayout) -> Result<ChartMaps, ChartMapError> {
         let (positions, mut points): (Vec<_>, Vec<_>) = self.vertices.into_iter().flatten().unzip();
-        for (point, known) in points.iter_mut().zip(layout.vertex_origin()) {
+        for (point, known) in points.iter_mut().zip(&layout.refined().vertex_origin) {
             *point = *known;
         }
         Ok(ChartMaps {
-            surface: Surface::from_triangles(positions, &self.triangles)?,
-            face_origin: PerFace::new(self.origins.iter().map(|origin| origin.face).collect()),
-            vertex_origin: PerVertex::new(points),
+            refined: RefinedSurface {
+                surface: Surface::from_triangles(positions, &self.triangles)?,
+                face_origin: PerFace::new(self.origins.iter().map(|origin| origin.face).collect()),
+                vertex_origin: PerVertex::new(points),
+            },
             square_of: PerFace::new(self.square_of),
             coordinates: PerCorner::new(self.coordinates),
             squares: self.squares,

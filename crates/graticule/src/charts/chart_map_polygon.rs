@@ -3,9 +3,8 @@
 use glam::DVec2;
 use serde::Serialize;
 
-use super::ChartId;
-use super::chart_map::ChartMapError;
 use super::split_mesh::ChartDisk;
+use super::{ChartId, ChartMapError};
 use crate::flatten::{
     BoundaryFreedom, BoundaryPositions, FixedOptions, InjectiveOptions, Patch, Weights, convex_map,
     fixed_map, improve_map,

@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::chart_map::{ChartMapError, SeamKey};
+use super::chart_map::SeamKey;
 use super::chart_map_polygon::{
     ChartMethod, PolygonSide, corner_places, is_upright, polygon_map, sides_along, square_map,
 };
@@ -12,8 +12,8 @@ use super::split_arcs::{
 };
 use super::split_mesh::{ChartDisk, NONE, TriangleOrigin, VertexName};
 use super::split_spokes::{Spokes, cut_spokes};
-use super::{ChartId, ChartLayout, Direction};
-use crate::mesh::{Element, FaceId, HalfedgeId, PerFace, Surface, SurfacePoint};
+use super::{ChartId, ChartLayout, ChartMapError, Direction};
+use crate::mesh::{Element, FaceId, HalfedgeId, PerFace, Surface};
 use crate::watch::Watch;
 
 /// A chart, or a part of one, on the unit square.
@@ -176,17 +176,10 @@ impl<'a> Layouted<'a> {
 
     /// Where a triangle of the layout lies on the input.
     fn origin(&self, face: FaceId) -> Option<TriangleOrigin> {
-        let input = self.layout.face_origin()[face];
-        let corner = |h: HalfedgeId| {
-            let vertex = self.layout.surface().mesh().origin(h);
-            weights_in(self.input, &self.layout.vertex_origin()[vertex], input)
-        };
-        let [Some(a), Some(b), Some(c)] = face.halfedges().map(corner) else {
-            return None;
-        };
+        let refined = self.layout.refined();
         Some(TriangleOrigin {
-            face: input,
-            corners: [a, b, c],
+            face: refined.face_origin[face],
+            corners: refined.corner_weights(self.input.mesh(), face)?,
         })
     }
 
@@ -275,23 +268,6 @@ fn split_border(disk: &mut ChartDisk, first: u32, stops: &[ArcStop]) -> Vec<u32>
         vertices.push(at);
     }
     vertices
-}
-
-/// The weights of a point of the input in another triangle, on which it lies too.
-pub(super) fn weights_in(input: &Surface, point: &SurfacePoint, face: FaceId) -> Option<[f64; 3]> {
-    if point.face == face {
-        return Some(point.barycentric);
-    }
-    let mesh = input.mesh();
-    let (from, to) = (mesh.triangle(point.face), mesh.triangle(face));
-    let mut weights = [0.0; 3];
-    for (vertex, weight) in from.iter().zip(point.barycentric) {
-        if let Some(corner) = to.iter().position(|other| other == vertex) {
-            weights[corner] += weight;
-        }
-    }
-    let sum: f64 = weights.iter().sum();
-    (sum > 0.5).then(|| weights.map(|weight| weight / sum))
 }
 
 impl OutlinedChart<'_> {

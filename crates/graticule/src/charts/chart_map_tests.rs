@@ -3,12 +3,13 @@ use std::collections::BTreeSet;
 use glam::{DVec2, DVec3};
 use graticule_fixtures::icosphere;
 
+use super::chart_map::lay_down;
 use super::layout_examples::{cube_net, torus_net};
 use super::*;
 use crate::geometry::{face_areas, face_shapes};
 use crate::measure::{measure_map, orientation};
 use crate::mesh::{
-    Element, FaceId, PerCorner, PerEdge, PerFace, PerVertex, Surface, SurfacePoint, Topology,
+    Element, FaceId, PerCorner, PerEdge, PerVertex, RefinedSurface, Surface, SurfacePoint, Topology,
 };
 use crate::watch::Watch;
 
@@ -25,14 +26,10 @@ fn icosahedron_net(levels: u32) -> EmbeddedNet {
         (chart(side.face()) != chart(twin.face())).then_some(ArcKind::Line)
     });
     EmbeddedNet {
-        face_origin: PerFace::from_fn(mesh.face_count(), |face: FaceId| face),
-        vertex_origin: PerVertex::from_fn(mesh.vertex_count(), |vertex| {
-            SurfacePoint::at_corner(mesh.vertex_halfedge(vertex))
-        }),
         nodes: PerVertex::filled(mesh.vertex_count(), false),
         coordinates: PerCorner::filled(mesh.halfedge_count(), None),
         edges,
-        surface,
+        refined: RefinedSurface::whole(surface),
     }
 }
 
@@ -49,7 +46,7 @@ fn cube_with_singularities(cells: u32) -> EmbeddedNet {
 }
 
 fn maps(net: EmbeddedNet, options: ChartMapOptions) -> (Surface, ChartLayout, ChartMaps) {
-    let input = net.surface.clone();
+    let input = net.refined.surface.clone();
     let layout = ChartLayout::new(net).unwrap();
     let maps = chart_maps(&input, &layout, &options, &Watch::new()).unwrap();
     (input, layout, maps)
@@ -79,10 +76,10 @@ fn check(input: &Surface, maps: &ChartMaps) {
     );
     let mut rest = face_areas(&face_shapes(input));
     for (face, area) in face_areas(&face_shapes(maps.surface())).enumerate() {
-        rest[maps.face_origin()[face]] -= area;
+        rest[maps.refined().face_origin[face]] -= area;
     }
     assert!(rest.iter().all(|rest| rest.abs() < 1e-9));
-    for (vertex, point) in maps.vertex_origin().enumerate() {
+    for (vertex, point) in maps.refined().vertex_origin.enumerate() {
         let missed = point
             .position(input)
             .distance(maps.surface().position(vertex));
@@ -143,6 +140,19 @@ fn charts_with_singularities_agree_with_their_neighbours() {
         [counts.net, counts.mean_value, counts.split_charts],
         [3, 3, 0]
     );
+}
+
+#[test]
+fn charts_whose_borders_are_evened_out_agree_with_their_neighbours() {
+    let net = cube_with_singularities(6);
+    let input = net.refined.surface.clone();
+    let layout = ChartLayout::new(net).unwrap();
+    let options = ChartMapOptions::default();
+    let is_even = vec![true; layout.arcs().len()];
+    let assembly = lay_down(&input, &layout, &options, &is_even, &Watch::new()).unwrap();
+    let maps = assembly.unwrap().finish(&layout).unwrap();
+    check(&input, &maps);
+    assert!(maps.largest_gap() < 1e-9);
 }
 
 #[test]
@@ -240,8 +250,8 @@ fn relaxation_lowers_the_kink_across_seams_and_flips_nothing() {
         let mut net = icosahedron_net(3);
         // A shear makes lengths along arcs a poor parameter.
         let shear = |p: DVec3| DVec3::new(p.x + 0.8 * p.z, p.y, p.z * (1.0 + 0.5 * p.x));
-        let moved = net.surface.positions().map(|&p| shear(p));
-        net.surface = Surface::new(net.surface.shared_mesh(), moved).unwrap();
+        let moved = net.refined.surface.positions().map(|&p| shear(p));
+        net.refined.surface = Surface::new(net.refined.surface.shared_mesh(), moved).unwrap();
         let (input, _, maps) = maps(net, options);
         check(&input, &maps);
         let mesh = maps.surface().mesh();
@@ -280,7 +290,7 @@ fn a_chart_with_a_deep_finger_has_no_flip() {
     // leaves its tip no room in a square.
     let net = cube_with_finger(28, 0.002, 12.0);
     let watch = Watch::new();
-    let input = net.surface.clone();
+    let input = net.refined.surface.clone();
     let layout = ChartLayout::new(net).unwrap();
     let maps = chart_maps(&input, &layout, &ChartMapOptions::default(), &watch).unwrap();
     check(&input, &maps);
@@ -300,8 +310,8 @@ fn cube_with_finger(cells: u32, inner: f64, length: f64) -> EmbeddedNet {
         let height = 1.0 + length * (0.9 - place) / 0.9;
         (across / place.max(1e-9) * inner.min(place)).extend(height)
     };
-    let moved = net.surface.positions().map(grown);
-    net.surface = Surface::new(net.surface.shared_mesh(), moved).unwrap();
+    let moved = net.refined.surface.positions().map(grown);
+    net.refined.surface = Surface::new(net.refined.surface.shared_mesh(), moved).unwrap();
     net.coordinates = PerCorner::filled(net.coordinates.len(), None);
     net
 }
@@ -531,7 +541,11 @@ fn a_texture_has_the_same_colours_at_the_same_points_of_the_surface() {
             .to_array()
             .map(|p| p as usize);
         let found = tile.pixels[y * 64 + x];
-        let point = maps.point_on_input(&input, face, [1.0 / 3.0; 3]).unwrap();
+        let middle = SurfacePoint {
+            face,
+            barycentric: [1.0 / 3.0; 3],
+        };
+        let point = maps.refined().to_original(input.mesh(), middle).unwrap();
         let p = point.position(&input);
         for (part, expected) in found.iter().zip([p.x * 0.25 + 0.5, p.y * 0.25 + 0.5]) {
             assert!((f64::from(*part) - expected).abs() < 0.04, "{found:?} {p}");

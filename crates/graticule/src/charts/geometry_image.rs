@@ -52,7 +52,7 @@ pub fn geometry_images(
 /// Cutting leaves needles, the normals of which are rounding: parts of one triangle of the input
 /// have its normal, the mean of theirs by area.
 fn surface_normals(maps: &ChartMaps) -> PerVertex<DVec3> {
-    let (surface, origins) = (maps.surface(), maps.face_origin());
+    let (surface, origins) = (maps.surface(), &maps.refined().face_origin);
     let mesh = surface.mesh();
     let shapes = face_shapes(surface);
     let count = origins.iter().map(|face| face.index() + 1).max();

@@ -10,8 +10,8 @@ use super::{ArcId, ChartId, LayoutError};
 use crate::geometry::{face_areas, face_shapes};
 use crate::mesh::disjoint_sets::{DisjointSets, number_names};
 use crate::mesh::{
-    Element, FaceId, HalfedgeId, MeshError, PerCorner, PerEdge, PerFace, PerVertex, Surface,
-    SurfacePoint, Topology, TriangleMesh, VertexId,
+    Element, HalfedgeId, MeshError, PerCorner, PerEdge, PerFace, PerVertex, RefinedSurface,
+    Surface, Topology, TriangleMesh, VertexId,
 };
 use crate::tolerance::LAYOUT_AREA;
 
@@ -71,11 +71,7 @@ pub struct Chart {
 #[derive(Clone, Debug, PartialEq)]
 pub struct EmbeddedNet {
     /// The refined surface.
-    pub surface: Surface,
-    /// The triangle of the input that each triangle is part of.
-    pub face_origin: PerFace<FaceId>,
-    /// Where each vertex lies on the input.
-    pub vertex_origin: PerVertex<SurfacePoint>,
+    pub refined: RefinedSurface,
     /// What runs along each edge; the boundary is always an arc.
     pub edges: PerEdge<Option<ArcKind>>,
     /// Vertices that are nodes even where only two arcs meet, if a chart has a corner there.
@@ -92,9 +88,7 @@ pub struct EmbeddedNet {
 /// characteristic; no two arcs have the same ends, and none ends where it begins.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChartLayout {
-    surface: Surface,
-    face_origin: PerFace<FaceId>,
-    vertex_origin: PerVertex<SurfacePoint>,
+    refined: RefinedSurface,
     chart_of: PerFace<ChartId>,
     nodes: Vec<VertexId>,
     arcs: Vec<Arc>,
@@ -116,7 +110,7 @@ impl ChartLayout {
     /// [`LayoutError`], but for [`LayoutError::Area`].
     pub fn new(net: EmbeddedNet) -> Result<Self, LayoutError> {
         check_counts(&net)?;
-        let mesh = net.surface.mesh();
+        let mesh = net.refined.surface.mesh();
         let edges = with_boundary(mesh, &net.edges);
         let graph = ArcGraph::of(&net, &edges)?;
         let traced = TracedArcs::of(&graph);
@@ -139,9 +133,7 @@ impl ChartLayout {
             charts,
             coordinates,
             chart_of,
-            surface: net.surface,
-            face_origin: net.face_origin,
-            vertex_origin: net.vertex_origin,
+            refined: net.refined,
         };
         layout.check_euler()?;
         Ok(layout)
@@ -149,20 +141,14 @@ impl ChartLayout {
 
     /// The input refined: every arc is a chain of its edges.
     #[must_use]
+    pub fn refined(&self) -> &RefinedSurface {
+        &self.refined
+    }
+
+    /// The surface of [`refined`](Self::refined).
+    #[must_use]
     pub fn surface(&self) -> &Surface {
-        &self.surface
-    }
-
-    /// The input's triangle that each triangle is part of.
-    #[must_use]
-    pub fn face_origin(&self) -> &PerFace<FaceId> {
-        &self.face_origin
-    }
-
-    /// Where each vertex lies on the input.
-    #[must_use]
-    pub fn vertex_origin(&self) -> &PerVertex<SurfacePoint> {
-        &self.vertex_origin
+        &self.refined.surface
     }
 
     /// The chart of each triangle.
@@ -204,8 +190,7 @@ impl ChartLayout {
     /// Coordinates of the corners of all triangles in regular charts; `None` in others.
     ///
     /// Each chart is laid out by itself: its first side runs from the origin along the first axis, the
-    /// others follow counter-clockwise round a rectangle. The unit is one spacing of lines, which is
-    /// the side of most charts.
+    /// others follow counter-clockwise round a rectangle. The unit is one chart of the size asked for.
     #[must_use]
     pub fn coordinates(&self) -> &PerCorner<Option<DVec2>> {
         &self.coordinates
@@ -230,10 +215,10 @@ impl ChartLayout {
     /// [`LayoutError::Count`], [`LayoutError::Area`].
     pub fn check_areas(&self, input: &Surface) -> Result<(), LayoutError> {
         let expected = face_areas(&face_shapes(input));
-        let found = face_areas(&face_shapes(&self.surface));
+        let found = face_areas(&face_shapes(self.surface()));
         let mut rest = expected.clone();
         for (face, area) in found.enumerate() {
-            let origin = self.face_origin[face].index();
+            let origin = self.refined.face_origin[face].index();
             let Some(rest) = rest.as_mut_slice().get_mut(origin) else {
                 let (given, needed) = (expected.len(), origin + 1);
                 let what = "triangles of the input";
@@ -256,16 +241,17 @@ impl ChartLayout {
 
     /// The same layout on a surface with the same triangles as the one refined.
     pub(super) fn carried_to(self, input: &Surface) -> Result<Self, MeshError> {
-        let positions = self.vertex_origin.map(|point| point.position(input));
         Ok(Self {
-            surface: Surface::new(self.surface.shared_mesh(), positions)?,
+            refined: self.refined.carried_to(input)?,
             ..self
         })
     }
 
     fn check_euler(&self) -> Result<(), LayoutError> {
         let whole = |count: usize| i64::try_from(count).unwrap_or(i64::MAX);
-        let expected = Topology::of(self.surface.mesh()).total.euler_characteristic;
+        let expected = Topology::of(self.surface().mesh())
+            .total
+            .euler_characteristic;
         let found = whole(self.nodes.len()) - whole(self.arcs.len()) + whole(self.charts.len());
         if found == expected {
             Ok(())
@@ -276,16 +262,16 @@ impl ChartLayout {
 }
 
 fn check_counts(net: &EmbeddedNet) -> Result<(), LayoutError> {
-    let mesh = net.surface.mesh();
+    let mesh = net.refined.surface.mesh();
     let counts = [
         (
             "triangles of the input",
-            net.face_origin.len(),
+            net.refined.face_origin.len(),
             mesh.face_count(),
         ),
         (
             "places on the input",
-            net.vertex_origin.len(),
+            net.refined.vertex_origin.len(),
             mesh.vertex_count(),
         ),
         ("kinds of edges", net.edges.len(), mesh.edge_count()),

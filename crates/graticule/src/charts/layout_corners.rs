@@ -21,7 +21,7 @@ pub(super) fn chart_sides(
     traced: &TracedArcs,
     border: &[HalfedgeId],
 ) -> Chart {
-    let mesh = net.surface.mesh();
+    let mesh = net.refined.surface.mesh();
     let places: Vec<usize> = (0..border.len())
         .filter(|&place| graph.is_node(mesh.origin(border[place])))
         .collect();
@@ -61,7 +61,7 @@ fn places_between(places: &[usize], from: usize, to: usize) -> impl Iterator<Ite
 
 /// The angle inside the chart between a halfedge of its border and the next one.
 fn inner_angle(net: &EmbeddedNet, incoming: HalfedgeId, outgoing: HalfedgeId) -> f64 {
-    let mesh = net.surface.mesh();
+    let mesh = net.refined.surface.mesh();
     let mut corner = outgoing;
     let mut angle = corner_angle(net, corner);
     while corner.previous() != incoming {
@@ -80,7 +80,8 @@ pub(super) fn corner_angle(net: &EmbeddedNet, corner: HalfedgeId) -> f64 {
     if let [Some(apex), Some(next), Some(last)] = flat {
         (next - apex).angle_to(last - apex).abs()
     } else {
-        let shape = TriangleShape::from_positions(net.surface.corner_positions(corner.face()));
+        let shape =
+            TriangleShape::from_positions(net.refined.surface.corner_positions(corner.face()));
         shape.angle(corner.side())
     }
 }
@@ -92,7 +93,7 @@ fn add_corners(
     places: &[usize],
     corners: &mut Vec<usize>,
 ) {
-    let mesh = net.surface.mesh();
+    let mesh = net.refined.surface.mesh();
     let vertex = |place: usize| mesh.origin(border[place]);
     if corners.is_empty() {
         corners.extend(places.first());
@@ -103,7 +104,8 @@ fn add_corners(
             let to = corners[(index + 1) % corners.len()];
             let side: Vec<usize> = places_between(places, from, to).chain([to]).collect();
             let nodes: Vec<VertexId> = side.iter().map(|&place| vertex(place)).collect();
-            let middle = (nodes.len() > 2).then(|| dividing_places(&net.surface, &nodes, 2));
+            let middle =
+                (nodes.len() > 2).then(|| dividing_places(&net.refined.surface, &nodes, 2));
             if let Some(&[middle]) = middle.as_deref() {
                 let length = polyline_length(net, &nodes);
                 if best.is_none_or(|(longest, _)| length > longest) {
@@ -121,9 +123,10 @@ fn polyline_length(net: &EmbeddedNet, vertices: &[VertexId]) -> f64 {
     let pairs = vertices.windows(2);
     pairs
         .map(|pair| {
-            net.surface
+            net.refined
+                .surface
                 .position(pair[0])
-                .distance(net.surface.position(pair[1]))
+                .distance(net.refined.surface.position(pair[1]))
         })
         .sum()
 }

@@ -4,7 +4,7 @@ use glam::DVec2;
 use graticule_fixtures::{QuadFixture, quad_cube, quad_torus};
 
 use super::{ArcKind, EmbeddedNet};
-use crate::mesh::{Element, FaceId, PerCorner, PerEdge, PerFace, PerVertex, Surface, SurfacePoint};
+use crate::mesh::{Element, PerCorner, PerEdge, PerVertex, RefinedSurface, Surface};
 
 /// A mesh of quads, each cut into two triangles, with the arcs of a predicate on the quads' edges
 /// and each quad a unit square over `cells`.
@@ -20,17 +20,13 @@ fn quad_net(fixture: &QuadFixture, cells: f64, is_arc: impl Fn([u32; 2]) -> bool
         is_arc([from, to]).then_some(ArcKind::Line)
     });
     EmbeddedNet {
-        face_origin: PerFace::from_fn(mesh.face_count(), |face: FaceId| face),
-        vertex_origin: PerVertex::from_fn(mesh.vertex_count(), |vertex| {
-            SurfacePoint::at_corner(mesh.vertex_halfedge(vertex))
-        }),
         nodes: PerVertex::filled(mesh.vertex_count(), false),
         coordinates: PerCorner::from_fn(mesh.halfedge_count(), |corner| {
             let places = [[0, 1, 2], [0, 2, 3]][corner.face().index() % 2];
             Some(square[places[corner.side()]])
         }),
         edges,
-        surface,
+        refined: RefinedSurface::whole(surface),
     }
 }
 

@@ -3,7 +3,7 @@ use glam::DVec2;
 use super::layout_corners::orientation;
 use crate::mesh::{FaceId, HalfedgeId, PerCorner, PerFace, TriangleMesh, VertexId};
 use crate::periodic::{GridMap, GridMapError, Transition};
-use crate::tolerance::{NODE_GAP, SNAPPED_CHART, SNAPPED_SHARE};
+use crate::tolerance::{LEAST_SNAPPED_AREA, NODE_GAP, SNAPPED_CHART, SNAPPED_SHARE, SPREAD_SHARE};
 
 /// The map as charts are read off it: triangles that it turns over or flattens are left out, as
 /// singular ones ([PGP06] §3.2), and lines that pass close by a vertex pass through it.
@@ -71,8 +71,8 @@ impl Snapping<'_> {
         }
     }
 
-    /// Puts one coordinate of a vertex on the nearest line, if that is near and turns no triangle
-    /// over.
+    /// Puts one coordinate of a vertex on the nearest line, if that is near and neither turns a triangle
+    /// over nor squeezes one.
     fn snap_part(&mut self, part: &[HalfedgeId], axis: usize) {
         let point = self.coordinates[part[0]];
         let distance = (point[axis].round() - point[axis]).abs();
@@ -84,6 +84,7 @@ impl Snapping<'_> {
             .iter()
             .map(|&corner| self.coordinates[corner])
             .collect();
+        let areas: Vec<f64> = part.iter().map(|corner| self.area(corner.face())).collect();
         let mut moved = point;
         moved[axis] = point[axis].round();
         for &corner in part {
@@ -91,15 +92,17 @@ impl Snapping<'_> {
             let step = self.transitions[corner.previous()];
             moved = step.map_or(moved, |step| step.apply(moved));
         }
-        let is_positive = |corner: &HalfedgeId| {
-            let corners = corner.face().halfedges();
-            orientation(corners.map(|corner| self.coordinates[corner])) > 0.0
-        };
-        if !part.iter().all(is_positive) {
+        let mut faces = part.iter().map(|corner| corner.face()).zip(areas);
+        if !faces.all(|(face, before)| self.area(face) > LEAST_SNAPPED_AREA * before) {
             for (&corner, point) in part.iter().zip(before) {
                 self.coordinates[corner] = point;
             }
         }
+    }
+
+    /// Twice the area of a triangle in the map, with the exact sign.
+    fn area(&self, face: FaceId) -> f64 {
+        orientation(face.halfedges().map(|corner| self.coordinates[corner]))
     }
 
     /// How far the triangles of a part reach from the vertex along a coordinate of the first one.
@@ -125,9 +128,33 @@ pub(super) fn left_out_count(map: &GridMap) -> usize {
 
 /// The share of the way along each edge at which its nodes lie, at least a small part of the edge
 /// apart from each other and from its ends.
+///
+/// Nodes that are too near to each other move apart in both directions, each as little as it can (least
+/// squares: pools of neighbours about their means): where two lines cross beside the edge, both make
+/// room for the crossing.
 pub(super) fn spread_shares(shares: &mut [f64]) {
     let count = shares.len();
-    let gap = (NODE_GAP / (count + 1) as f64).min(SNAPPED_SHARE);
+    let gap = (NODE_GAP / (count + 1) as f64).min(SPREAD_SHARE);
+    let mut pools: Vec<(f64, u32)> = Vec::new();
+    for (index, &share) in shares.iter().enumerate() {
+        let mut pool = (share - index as f64 * gap, 1);
+        while let Some(&(sum, count)) = pools.last()
+            && sum * f64::from(pool.1) > pool.0 * f64::from(count)
+        {
+            pools.pop();
+            pool = (pool.0 + sum, pool.1 + count);
+        }
+        pools.push(pool);
+    }
+    let mut index = 0;
+    for (sum, count) in pools {
+        for _ in 0..count {
+            if count > 1 {
+                shares[index] = sum / f64::from(count) + index as f64 * gap;
+            }
+            index += 1;
+        }
+    }
     let mut least = gap;
     for share in shares.iter_mut() {
         *share = share.max(least);
@@ -157,8 +184,16 @@ mod tests {
         spread_shares(&mut shares);
         let bounds: Vec<f64> = [0.0].into_iter().chain(shares).chain([1.0]).collect();
         assert!(
-            bounds.windows(2).all(|pair| pair[1] - pair[0] > 1e-3),
+            bounds
+                .windows(2)
+                .all(|pair| pair[1] - pair[0] > 0.9 * SPREAD_SHARE),
             "{shares:?}"
+        );
+        let mut pair = [0.5, 0.5];
+        spread_shares(&mut pair);
+        assert!(
+            (pair[0] + pair[1] - 1.0).abs() < 1e-12 && pair[0] < 0.5,
+            "{pair:?}"
         );
         let mut apart = [0.2, 0.6];
         spread_shares(&mut apart);

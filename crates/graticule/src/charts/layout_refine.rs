@@ -1,11 +1,11 @@
-use glam::{DVec2, DVec3};
+use glam::{BVec2, DVec2, DVec3};
 
 use super::layout_map::{face_corners, spread_shares};
 use super::{ArcKind, EmbeddedNet};
 use crate::geometry::TriangleShape;
 use crate::mesh::{
     DisjointSets, EdgeId, Element, FaceId, MeshError, PerCorner, PerEdge, PerFace, PerVertex,
-    Surface, SurfacePoint, TriangleMesh, VertexId, triangulate_polygon,
+    RefinedSurface, Surface, SurfacePoint, TriangleMesh, VertexId, triangulate_polygon,
 };
 use crate::periodic::GridMap;
 use crate::quads::{NetArcKind, NetCells};
@@ -301,11 +301,13 @@ impl<'a> Refinement<'a> {
         });
         Ok(EmbeddedNet {
             coordinates: self.coordinates(),
-            face_origin: PerFace::new(self.origins),
-            vertex_origin: PerVertex::new(vertex_origin),
             nodes: PerVertex::new(nodes),
             edges,
-            surface,
+            refined: RefinedSurface {
+                surface,
+                face_origin: PerFace::new(self.origins),
+                vertex_origin: PerVertex::new(vertex_origin),
+            },
         })
     }
 
@@ -334,13 +336,24 @@ impl<'a> Refinement<'a> {
         PerCorner::new(coordinates)
     }
 
+    /// Whether a node is a place on an edge where one line crosses it; another may cross it next to
+    /// that.
+    fn is_on_one_line(&self, node: u32) -> bool {
+        let on_edges = self.vertex_count()..self.first_inner();
+        on_edges.contains(&node) && !self.cells.is_lattice(node)
+    }
+
     /// The coordinates of a node in a triangle, on a line exactly.
     fn coordinate(&self, face: FaceId, node: u32, corners: [DVec2; 3]) -> DVec2 {
         let [found, moved] = [Version::Found, Version::Moved]
             .map(|version| self.point(face, node, version).interpolate(corners));
         let factor = f64::from(self.cells.factor);
         let line = (found * factor).round() / factor;
-        let on_line = (found - line).abs().cmplt(DVec2::splat(CHART_AGREEMENT));
+        let miss = (found - line).abs();
+        let mut on_line = miss.cmplt(DVec2::splat(CHART_AGREEMENT));
+        if on_line.all() && self.is_on_one_line(node) {
+            on_line = BVec2::new(miss.x <= miss.y, miss.y < miss.x);
+        }
         DVec2::select(on_line, line, moved)
     }
 }

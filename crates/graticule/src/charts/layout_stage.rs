@@ -4,12 +4,12 @@ use serde::Serialize;
 use super::layout_map::{left_out_count, map_for_charts};
 use super::layout_refine::embed;
 use super::{ChartKind, ChartLayout, LayoutError};
-use crate::field::{FieldOptions, FieldResult, cross_field};
-use crate::geometry::{EdgeLengths, face_areas, face_shapes, normalized};
-use crate::mesh::{EdgeId, PerCorner, PerEdge, PerFace, Surface};
+use crate::field::{CrossField, FieldOptions, FieldResult, cross_field};
+use crate::geometry::{EdgeLengths, face_areas, face_shapes, normalized, total_area};
+use crate::mesh::{EdgeId, PerCorner, PerEdge, PerFace, Surface, TriangleMesh};
 use crate::periodic::{
-    ChartSize, GridDensity, GridMap, IntegerGridOptions, ParameterizationReport,
-    ParameterizeOptions, integer_grid_map, parameterize,
+    ChartSize, GridDensity, GridMap, IntegerGrid, IntegerGridMap, IntegerGridOptions,
+    ParameterizationReport, ParameterizeOptions, parameterize,
 };
 use crate::quads::{NetCells, all_features};
 use crate::watch::Watch;
@@ -22,11 +22,48 @@ pub enum LayoutMap {
     /// have any number of sides.
     ///
     /// [PGP06]: crate::papers::PGP06
-    #[default]
     Periodic,
-    /// An integer grid map: nearly all charts have four sides.
+    /// An integer grid map, of which lines run from the singular points until they meet another:
+    /// nearly all charts are rectangles of the map, with singular points at their corners.
+    #[default]
     IntegerGrid,
 }
+
+impl LayoutMap {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Periodic => "periodic coordinates",
+            Self::IntegerGrid => "an integer grid map",
+        }
+    }
+}
+
+/// Which lines of a map become borders of charts.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ChartLines {
+    /// All, so that charts are cells of the net; closer ones in cells that are no disks.
+    All,
+    /// Those that bound rectangles with sides of about so many spacings of lines, which are the unit of
+    /// the layout's coordinates then. Each singular point is a corner of the rectangles around it; where
+    /// one ends along another's side is a T-junction.
+    Rectangles(u32),
+}
+
+/// Lines of an integer grid map along the side of a chart, if charts have room for them: singular
+/// points, which it puts on lines, move by a small part of a chart only, and no chart is thinner than one
+/// spacing.
+const LINES_PER_CHART: u32 = 4;
+
+/// The same, at most, on surfaces with parts so thin, or features so close, that there are flips else.
+const MOST_LINES_PER_CHART: u32 = 16;
+
+/// The least distance of lines in mean edges: closer ones cost more than the triangles do.
+const CLOSEST_LINES: f64 = 0.25;
+
+/// Rounds of relaxing an integer grid map where it squeezes triangles: what it does to them shows in
+/// the atlas.
+const RELAXATION_ROUNDS: usize = 3;
 
 /// How [`chart_layout`] works.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -97,9 +134,13 @@ pub struct LaidOut {
 /// Cuts a surface into charts along the lines of a map that follows a cross field ([PGP06] §3.3).
 ///
 /// Takes any surface: any genus, boundary and number of components. Scaling it changes nothing.
-/// Where the lines of periodic coordinates give no layout, those of an integer grid map are taken,
-/// with the warning `layout-from-integer-grid`; where these give none, edges of the triangles, with
-/// the warning `layout-without-lines`.
+/// Where the map asked for gives no layout, the other is taken, with the warning `layout-from-periodic`
+/// or `layout-from-integer-grid`; where that gives none, edges of the triangles, with the warning
+/// `layout-without-lines`.
+///
+/// An integer grid map has four lines along the side of a chart, or more where it has flips else. Its charts end at lines that run
+/// from singular points to the next line met: about three for each singular point at least, and
+/// more where those would be longer than asked for. Features that it cannot follow are no arcs.
 ///
 /// Cost: near-linear, most of it field and map.
 ///
@@ -129,7 +170,7 @@ pub fn chart_layout(
     })
 }
 
-/// The layout from the map asked for, else from the integer grid map, else without any line.
+/// The layout from the map asked for, else from the other one, else without any line.
 fn first_that_works(
     surface: &Surface,
     field: &FieldResult,
@@ -137,21 +178,21 @@ fn first_that_works(
     options: &LayoutOptions,
     watch: &Watch,
 ) -> Result<Made, LayoutError> {
-    if options.map == LayoutMap::Periodic {
-        match periodic_layout(surface, field, features, options, watch) {
-            Err(error) if !error.is_final() => watch.warn(
-                "layout-from-integer-grid",
-                format!("periodic coordinates gave no layout: {error}"),
-            ),
+    let (other, code) = match options.map {
+        LayoutMap::Periodic => (LayoutMap::IntegerGrid, "layout-from-integer-grid"),
+        LayoutMap::IntegerGrid => (LayoutMap::Periodic, "layout-from-periodic"),
+    };
+    for (map, code) in [(options.map, code), (other, "layout-without-lines")] {
+        let made = match map {
+            LayoutMap::Periodic => periodic_layout(surface, field, features, options, watch),
+            LayoutMap::IntegerGrid => integer_layout(surface, field, features, options, watch),
+        };
+        match made {
+            Err(error) if !error.is_final() => {
+                watch.warn(code, format!("{} gave no layout: {error}", map.name()));
+            }
             outcome => return outcome,
         }
-    }
-    match integer_layout(surface, field, features, options, watch) {
-        Err(error) if !error.is_final() => watch.warn(
-            "layout-without-lines",
-            format!("an integer grid map gave no layout: {error}"),
-        ),
-        outcome => return outcome,
     }
     layout_without_lines(surface, features, watch)
 }
@@ -171,9 +212,10 @@ impl Made {
         surface: &Surface,
         map: GridMap,
         features: &[EdgeId],
+        lines: ChartLines,
         watch: &Watch,
     ) -> Result<Self, LayoutError> {
-        let (layout, report) = layout_from_map(surface, &map, features, watch)?;
+        let (layout, report) = layout_from_map(surface, &map, features, lines, watch)?;
         Ok(Self {
             map,
             map_kind: None,
@@ -197,7 +239,7 @@ fn periodic_layout(
     };
     let found = parameterize(surface, &field.field, field.scale.as_ref(), &wanted, watch)?;
     let map = found.grid_map(surface.mesh())?;
-    let made = Made::of(surface, map, features, watch)?;
+    let made = Made::of(surface, map, features, ChartLines::All, watch)?;
     Ok(Made {
         map_kind: Some(LayoutMap::Periodic),
         coordinates: Some(found.report),
@@ -213,18 +255,59 @@ fn integer_layout(
     watch: &Watch,
 ) -> Result<Made, LayoutError> {
     let wanted = IntegerGridOptions {
-        density: density(surface, options.coordinates.chart_size),
         align_boundary: options.coordinates.follow_boundary,
         features: features.to_vec(),
         sizing: field.scale.clone(),
+        relaxation_rounds: RELAXATION_ROUNDS,
         ..IntegerGridOptions::default()
     };
-    let map = integer_grid_map(surface, &field.field, &wanted, watch)?.map;
-    let made = Made::of(surface, map, features, watch)?;
+    let size = options.coordinates.chart_size;
+    let (map, lines) = integer_map(surface, &field.field, &wanted, size, watch)?;
+    let made = Made::of(surface, map, features, ChartLines::Rectangles(lines), watch)?;
     Ok(Made {
         map_kind: Some(LayoutMap::IntegerGrid),
         ..made
     })
+}
+
+/// An integer grid map, with closer lines where it has flips else, and the number of lines along the
+/// side of a chart.
+fn integer_map(
+    surface: &Surface,
+    field: &CrossField,
+    wanted: &IntegerGridOptions,
+    size: ChartSize,
+    watch: &Watch,
+) -> Result<(GridMap, u32), LayoutError> {
+    let mean_edge = EdgeLengths::of(surface).mean();
+    let side = chart_side(surface, size, mean_edge);
+    let has_room = |lines: u32| side / f64::from(lines) >= CLOSEST_LINES * mean_edge;
+    let mut lines = LINES_PER_CHART;
+    while lines > 1 && !has_room(lines) {
+        lines /= 2;
+    }
+    let mut grid = IntegerGrid::of(surface, field, wanted, watch)?;
+    let at = |lines: u32| GridDensity::EdgeLength(side / f64::from(lines));
+    let mut best = (grid.map(at(lines), watch)?, lines);
+    while best.0.report.flips > 0 && lines < MOST_LINES_PER_CHART && has_room(2 * lines) {
+        lines *= 2;
+        let made = grid.map(at(lines), watch)?;
+        if made.report.flips < best.0.report.flips {
+            best = (made, lines);
+        }
+    }
+    let (IntegerGridMap { map, report }, lines) = best;
+    report.warn(watch);
+    Ok((map, lines))
+}
+
+/// The side of a chart of the size asked for.
+fn chart_side(surface: &Surface, size: ChartSize, mean_edge: f64) -> f64 {
+    match size {
+        ChartSize::MeanEdges(count) => count * mean_edge,
+        ChartSize::Length(length) => length,
+        ChartSize::Count(count) => (total_area(&face_shapes(surface)) / count).sqrt(),
+    }
 }
 
 /// The surface cut into disks along its edges alone.
@@ -240,25 +323,14 @@ fn layout_without_lines(
         PerCorner::filled(mesh.halfedge_count(), None),
         PerFace::filled(mesh.face_count(), true),
     )?;
-    Made::of(surface, map, features, watch)
+    Made::of(surface, map, features, ChartLines::All, watch)
 }
 
-/// The density of a net with cells of the size of charts.
-#[expect(clippy::cast_sign_loss, reason = "it is 1 at least")]
-fn density(surface: &Surface, size: ChartSize) -> GridDensity {
-    match size {
-        ChartSize::MeanEdges(count) => {
-            GridDensity::EdgeLength(count * EdgeLengths::of(surface).mean())
-        }
-        ChartSize::Length(length) => GridDensity::EdgeLength(length),
-        ChartSize::Count(count) => GridDensity::Quads(count.max(1.0).round() as usize),
-    }
-}
-
-/// Cuts a surface into charts along the lines of a map ([PGP06] Algorithm 2, by combinatorics alone).
+/// Cuts a surface into charts along lines of a map ([PGP06] Algorithm 2, by combinatorics alone).
 ///
 /// Triangles that the map leaves out, flattens or turns over count as singular: lines end there and
-/// are taken back to the next crossing. Boundary and features are arcs. A chart that is no disk, or
+/// are taken back to the next crossing. The boundary is an arc, and so are features; with
+/// [`ChartLines::Rectangles`] those that lines follow. A chart that is no disk, or
 /// stands out of its border so far that this does not show its shape, gets lines half or a quarter as
 /// far apart; one that is no disk still is cut along edges, so that every surface has a layout. Both
 /// are warnings.
@@ -277,6 +349,7 @@ pub fn layout_from_map(
     surface: &Surface,
     map: &GridMap,
     features: &[EdgeId],
+    lines: ChartLines,
     watch: &Watch,
 ) -> Result<(ChartLayout, LayoutReport), LayoutError> {
     let mesh = surface.mesh();
@@ -289,15 +362,31 @@ pub fn layout_from_map(
     let map = map_for_charts(mesh, map)?;
     let mut marks = PerEdge::filled(mesh.edge_count(), false);
     for &edge in features {
-        marks[edge] = true;
+        marks[edge] = lines == ChartLines::All || is_followed(mesh, &map, edge);
     }
-    let cells = NetCells::of(&unit, &map, Some(&marks), watch)?;
+    let cells = match lines {
+        ChartLines::All => NetCells::of(&unit, &map, Some(&marks), watch)?,
+        ChartLines::Rectangles(spacings) => {
+            NetCells::rectangles(&unit, &map, Some(&marks), f64::from(spacings), watch)?
+        }
+    };
     watch.check()?;
-    let layout = ChartLayout::new(embed(&unit, &map, &cells)?)?;
+    let mut net = embed(&unit, &map, &cells)?;
+    if let ChartLines::Rectangles(spacings) = lines {
+        let unit = f64::from(spacings);
+        net.coordinates = (net.coordinates).map(|point| point.map(|point| point / unit));
+    }
+    let layout = ChartLayout::new(net)?;
     layout.check_areas(&unit)?;
     warn_of_cells(&cells, watch);
     let report = report(&layout, &cells, left_out_count(&map));
     Ok((layout.carried_to(surface)?, report))
+}
+
+/// Whether a line of the map runs along an edge.
+fn is_followed(mesh: &TriangleMesh, map: &GridMap, edge: EdgeId) -> bool {
+    let side = mesh.edge_halfedge(edge);
+    map.has_line_along(side) || mesh.twin(side).is_some_and(|twin| map.has_line_along(twin))
 }
 
 fn warn_of_cells(cells: &NetCells, watch: &Watch) {

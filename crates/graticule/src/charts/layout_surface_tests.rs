@@ -9,8 +9,8 @@ use graticule_fixtures::{
 };
 
 use super::{
-    ArcKind, ChartKind, ChartLayout, LayoutMap, LayoutOptions, LayoutReport, base_complex,
-    chart_layout, layout_from_map,
+    ArcKind, ChartKind, ChartLayout, ChartLines, LayoutMap, LayoutOptions, LayoutReport,
+    base_complex, chart_layout, layout_from_map,
 };
 use crate::geometry::{face_areas, face_shapes};
 use crate::mesh::{Element, FaceId, HalfedgeId, Surface, Topology};
@@ -60,7 +60,7 @@ fn assert_valid(layout: &ChartLayout, input: &Surface, name: &str) {
         }
     }
     for vertex in mesh.vertices() {
-        let there = layout.vertex_origin()[vertex].position(input);
+        let there = layout.refined().vertex_origin[vertex].position(input);
         assert_eq!(there, layout.surface().position(vertex), "{name}");
     }
     let complex = base_complex(layout);
@@ -183,10 +183,12 @@ fn random_maps_give_valid_layouts() {
                 .collect();
             let left_out: Vec<FaceId> = mesh.faces().filter(|_| noise.unit() < 0.05).collect();
             let map = map_of(&surface, |c| points[mesh.origin(c).index()], &left_out);
-            let name = format!("{number} {seed}");
-            let found = layout_from_map(&surface, &map, &[], &Watch::new());
-            let (layout, _) = found.unwrap_or_else(|error| panic!("{name}: {error}"));
-            assert_valid(&layout, &surface, &name);
+            for lines in [ChartLines::All, ChartLines::Rectangles(2)] {
+                let name = format!("{number} {seed} {lines:?}");
+                let found = layout_from_map(&surface, &map, &[], lines, &Watch::new());
+                let (layout, _) = found.unwrap_or_else(|error| panic!("{name}: {error}"));
+                assert_valid(&layout, &surface, &name);
+            }
         }
     }
 }
@@ -199,7 +201,8 @@ fn a_square_with_a_straight_map_is_cut_into_unit_squares() {
         |corner| surface.position(surface.mesh().origin(corner)).truncate(),
         &[],
     );
-    let (layout, report) = layout_from_map(&surface, &map, &[], &Watch::new()).unwrap();
+    let (layout, report) =
+        layout_from_map(&surface, &map, &[], ChartLines::All, &Watch::new()).unwrap();
     assert_valid(&layout, &surface, "square");
     assert_eq!([report.nodes, report.arcs, report.charts], [12, 17, 6]);
     assert_eq!([report.regular, report.t_junctions], [6, 0]);
@@ -212,6 +215,73 @@ fn a_square_with_a_straight_map_is_cut_into_unit_squares() {
         let area: f64 = faces.map(|(face, _)| areas[face]).sum();
         // Coordinates of a map are multiples of 2^-32.
         assert!((area - 1.0).abs() < 1e-9, "{area}");
+    }
+}
+
+#[test]
+fn a_close_net_on_a_square_is_cut_into_rectangles_of_the_size_asked_for() {
+    let surface = surface_of(grid(3.0, 2.0, 7, 5));
+    let place = |corner| surface.position(surface.mesh().origin(corner)).truncate() * 4.0;
+    let map = map_of(&surface, place, &[]);
+    for (spacings, charts) in [(4, 6), (6, 2), (12, 1), (2, 24)] {
+        let lines = ChartLines::Rectangles(spacings);
+        let found = layout_from_map(&surface, &map, &[], lines, &Watch::new());
+        let (layout, report) = found.unwrap();
+        assert_valid(&layout, &surface, "square");
+        assert_eq!([report.charts, report.regular], [charts; 2], "{spacings}");
+    }
+}
+
+#[test]
+fn singular_points_of_an_integer_grid_map_are_corners_of_rectangles() {
+    let shapes = [
+        ("sphere", icosphere(4)),
+        ("torus", torus(2.0, 0.7, 40, 20)),
+        (
+            "cube",
+            cube().subdivided().subdivided().subdivided().subdivided(),
+        ),
+        ("annulus", annulus(1.0, 2.0, 30, 8)),
+    ];
+    for (name, fixture) in shapes {
+        let surface = surface_of(fixture);
+        for size in [6.0, 30.0] {
+            let options = with_size(ChartSize::MeanEdges(size), LayoutMap::IntegerGrid);
+            let (_, report) = lay_out(&surface, &options, name);
+            assert_eq!(
+                report.regular, report.charts,
+                "{name} at {size}: {report:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn features_that_no_line_follows_are_no_arcs_of_rectangles() {
+    let surface = surface_of(grid(3.0, 3.0, 9, 9));
+    let mesh = surface.mesh();
+    let lies = |edge, is_on: &dyn Fn(DVec3) -> bool| {
+        let ends = mesh.ends(mesh.edge_halfedge(edge));
+        ends.iter().all(|&vertex| is_on(surface.position(vertex)))
+    };
+    let place = |corner| surface.position(mesh.origin(corner)).truncate();
+    let map = map_of(&surface, place, &[]);
+    let followed = |point: DVec3| (point.y - 1.0).abs() < 1e-9 && point.x < 2.4;
+    let crossed = |point: DVec3| (point.x - point.y).abs() < 1e-9;
+    for (is_on, length) in [(&followed as &dyn Fn(DVec3) -> bool, 2.0), (&crossed, 0.0)] {
+        let features: Vec<_> = mesh.edges().filter(|&edge| lies(edge, is_on)).collect();
+        assert!(features.len() > 3);
+        let lines = ChartLines::Rectangles(3);
+        let found = layout_from_map(&surface, &map, &features, lines, &Watch::new());
+        let (layout, report) = found.unwrap();
+        assert_valid(&layout, &surface, "features");
+        assert_eq!(report.regular, report.charts);
+        let arcs = (layout.arcs().iter()).filter(|arc| arc.kind == ArcKind::Feature);
+        let places = |vertex| layout.surface().position(vertex);
+        let found: f64 = (arcs.flat_map(|arc| arc.vertices.windows(2)))
+            .map(|ends| places(ends[0]).distance(places(ends[1])))
+            .sum();
+        assert!((found - length).abs() < 0.4, "{found} of {length}");
     }
 }
 
@@ -231,7 +301,7 @@ fn charts_that_close_round_a_tube_get_closer_lines() {
     };
     let map = map_of(&surface, place, &[]);
     let watch = Watch::new();
-    let (layout, report) = layout_from_map(&surface, &map, &[], &watch).unwrap();
+    let (layout, report) = layout_from_map(&surface, &map, &[], ChartLines::All, &watch).unwrap();
     assert_valid(&layout, &surface, "tube");
     assert!(report.refined_charts > 0, "{report:?}");
     assert_eq!([report.split_charts, report.polygonal], [0, 0]);
@@ -249,7 +319,7 @@ fn a_tube_without_any_line_is_cut_along_edges() {
     let all: Vec<FaceId> = surface.mesh().faces().collect();
     let map = map_of(&surface, |_| DVec2::ZERO, &all);
     let watch = Watch::new();
-    let (layout, report) = layout_from_map(&surface, &map, &[], &watch).unwrap();
+    let (layout, report) = layout_from_map(&surface, &map, &[], ChartLines::All, &watch).unwrap();
     assert_valid(&layout, &surface, "tube");
     assert_eq!(report.regular, 0);
     assert_eq!(report.left_out_triangles, all.len());
@@ -274,7 +344,8 @@ fn features_are_arcs() {
     let features: Vec<_> = mesh.edges().filter(|&edge| on_diagonal(edge)).collect();
     let place = |corner| surface.position(mesh.origin(corner)).truncate() + 0.37;
     let map = map_of(&surface, place, &[]);
-    let (layout, _) = layout_from_map(&surface, &map, &features, &Watch::new()).unwrap();
+    let (layout, _) =
+        layout_from_map(&surface, &map, &features, ChartLines::All, &Watch::new()).unwrap();
     assert_valid(&layout, &surface, "features");
     let length: f64 = (layout.arcs().iter())
         .filter(|arc| arc.kind == ArcKind::Feature)

@@ -18,7 +18,7 @@ fn a_cube_has_six_charts_twelve_arcs_eight_nodes() {
         assert!(chart.sides.iter().all(|side| side.len() == 1));
         assert_eq!(layout.side_vertices(&chart.sides[2]).len(), 4);
     }
-    layout.check_areas(&net.surface).unwrap();
+    layout.check_areas(&net.refined.surface).unwrap();
 }
 
 #[test]
@@ -77,7 +77,7 @@ fn nets_that_leave_no_disks_are_refused() {
     let refusal = ChartLayout::new(without).unwrap_err();
     assert!(matches!(refusal, LayoutError::NoDisk { .. }), "{refusal}");
     let mut ring = torus_net(3, 3, 2);
-    let mesh = ring.surface.mesh();
+    let mesh = ring.refined.surface.mesh();
     // Only lines across are left, so that charts are annuli.
     ring.edges = PerEdge::from_fn(mesh.edge_count(), |edge| {
         let [from, to] = mesh.ends(mesh.edge_halfedge(edge)).map(Element::index);

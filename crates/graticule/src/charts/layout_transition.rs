@@ -8,7 +8,8 @@ use crate::tolerance::CHART_AGREEMENT;
 const FINEST_PART: f64 = 64.0;
 
 /// How coordinates of one chart become those of its neighbour: `p` becomes `turn · p + shift`. The
-/// shift is whole, but beside charts cut up along closer lines, where it is a multiple of a quarter.
+/// shift is a multiple of the distance of lines: a whole number where all lines bound charts and none was
+/// drawn closer.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ChartTransition {
     /// The turn, which comes first.

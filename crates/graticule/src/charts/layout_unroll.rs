@@ -19,7 +19,7 @@ pub(super) struct Unrolling<'a> {
 
 impl<'a> Unrolling<'a> {
     pub(super) fn new(net: &'a EmbeddedNet, edges: &'a PerEdge<Option<ArcKind>>) -> Self {
-        let mesh = net.surface.mesh();
+        let mesh = net.refined.surface.mesh();
         Self {
             net,
             edges,
@@ -52,7 +52,7 @@ impl<'a> Unrolling<'a> {
     /// Finds the frames of a chart's triangles; `None` where one has no coordinates or they do not
     /// close.
     fn try_chart(&mut self, sides: &[Vec<HalfedgeId>]) -> Option<Vec<FaceId>> {
-        let mesh = self.net.surface.mesh();
+        let mesh = self.net.refined.surface.mesh();
         let first = sides[0][0];
         let [start, ahead] = [first, first.next()].map(|corner| self.net.coordinates[corner]);
         let turn = nearest_turn(ahead? - start?, DVec2::X);
@@ -113,7 +113,7 @@ impl<'a> Unrolling<'a> {
 
     /// Puts a vertex of the border on a line, in all triangles of the chart around it.
     fn put_on_line(&mut self, corner: HalfedgeId, axis: usize, level: f64) {
-        let mesh = self.net.surface.mesh();
+        let mesh = self.net.refined.surface.mesh();
         let settle = |this: &mut Self, corner: HalfedgeId| {
             if let Some(point) = &mut this.coordinates[corner]
                 && (point[axis] - level).abs() < CHART_AGREEMENT

@@ -41,12 +41,12 @@ mod chart_map_polygon;
 mod chart_map_squares;
 #[cfg(test)]
 mod chart_map_tests;
+mod error;
 mod geometry_image;
 mod id;
 mod layout;
 mod layout_borders;
 mod layout_corners;
-mod layout_error;
 #[cfg(test)]
 pub(crate) mod layout_examples;
 mod layout_map;
@@ -68,21 +68,18 @@ mod texture;
 mod texture_normals;
 mod texture_raster;
 
-pub use atlas::{
-    Arrangement, ChartAtlas, ChartAtlasError, Placement, Tiles, UDIM_COLUMNS, chart_atlas,
-};
+pub use atlas::{Arrangement, ChartAtlas, Placement, Tiles, UDIM_COLUMNS, chart_atlas};
 pub use base_complex::{BaseComplex, ChartNeighbor, base_complex};
 pub use chart_map::{
-    ChartMapCounts, ChartMapError, ChartMapOptions, ChartMaps, ChartSquare, Seam, SeamSide,
-    chart_maps,
+    ChartMapCounts, ChartMapOptions, ChartMaps, ChartSquare, Seam, SeamSide, chart_maps,
 };
 pub use chart_map_polygon::ChartMethod;
+pub use error::{ChartAtlasError, ChartMapError, LayoutError};
 pub use geometry_image::{GeometryImage, geometry_images};
 pub use id::{ArcId, ChartId, SquareId};
 pub use layout::{Arc, ArcKind, Chart, ChartKind, ChartLayout, Direction, EmbeddedNet};
-pub use layout_error::LayoutError;
 pub use layout_stage::{
-    LaidOut, LayoutMap, LayoutOptions, LayoutReport, chart_layout, layout_from_map,
+    ChartLines, LaidOut, LayoutMap, LayoutOptions, LayoutReport, chart_layout, layout_from_map,
 };
 pub use layout_transition::ChartTransition;
 pub use texture::{SourceTexture, TextureImage, TextureKind, TextureOptions, transfer_texture};

@@ -21,7 +21,7 @@ impl<'a> ArcGraph<'a> {
         net: &'a EmbeddedNet,
         kinds: &'a PerEdge<Option<ArcKind>>,
     ) -> Result<Self, LayoutError> {
-        let surface = &net.surface;
+        let surface = &net.refined.surface;
         let count = surface.mesh().vertex_count();
         let mut graph = Self {
             surface,

@@ -37,7 +37,7 @@ impl ChartMaps {
         for round in 0..rounds {
             watch.check()?;
             watch.progress(f64::from(round) / f64::from(rounds));
-            for vertex in self.surface.mesh().vertices() {
+            for vertex in self.surface().mesh().vertices() {
                 match freedom[vertex] {
                     Freedom::None => {}
                     Freedom::Inside => self.move_inside(vertex, &tangents),
@@ -49,7 +49,7 @@ impl ChartMaps {
     }
 
     fn freedom(&self) -> PerVertex<Freedom> {
-        let mesh = self.surface.mesh();
+        let mesh = self.surface().mesh();
         let on_net = |square: usize| self.squares[square].method == ChartMethod::Net;
         let mut freedom = PerVertex::filled(mesh.vertex_count(), Freedom::None);
         for (face, square) in self.square_of.enumerate() {
@@ -82,10 +82,10 @@ impl ChartMaps {
     /// The tangent of half the angle at each corner; 0 where rounding leaves no angle.
     fn half_tangents(&self) -> PerCorner<f64> {
         let shape = |corner: HalfedgeId| {
-            TriangleShape::from_positions(self.surface.corner_positions(corner.face()))
+            TriangleShape::from_positions(self.surface().corner_positions(corner.face()))
         };
         let tangent = |corner: HalfedgeId| shape(corner).half_angle_tangent(corner.side());
-        let count = self.surface.mesh().halfedge_count();
+        let count = self.surface().mesh().halfedge_count();
         PerCorner::from_fn(count, |corner| {
             tangent(corner).filter(|t| t.is_finite()).unwrap_or(0.0)
         })
@@ -97,7 +97,7 @@ impl ChartMaps {
         vertex: VertexId,
         tangents: &'a PerCorner<f64>,
     ) -> impl Iterator<Item = (HalfedgeId, f64)> + 'a {
-        let outgoing = self.surface.mesh().outgoing(vertex);
+        let outgoing = self.surface().mesh().outgoing(vertex);
         outgoing.flat_map(move |corner| {
             [corner.next(), corner.previous()].map(|other| {
                 let side = if other == corner.next() {
@@ -105,7 +105,7 @@ impl ChartMaps {
                 } else {
                     other
                 };
-                let length = self.surface.halfedge_vector(side).length();
+                let length = self.surface().halfedge_vector(side).length();
                 (other, tangents[corner] / length.max(f64::MIN_POSITIVE))
             })
         })
@@ -117,7 +117,7 @@ impl ChartMaps {
             sum += self.coordinates[corner] * weight;
             weights += weight;
         }
-        let corners: Vec<HalfedgeId> = self.surface.mesh().outgoing(vertex).collect();
+        let corners: Vec<HalfedgeId> = self.surface().mesh().outgoing(vertex).collect();
         let from = self.coordinates[corners[0]];
         let target = sum / weights;
         self.step(|step| {
@@ -144,7 +144,7 @@ impl ChartMaps {
                 weights += weight;
             }
         }
-        let corners = self.surface.mesh().outgoing(vertex);
+        let corners = self.surface().mesh().outgoing(vertex);
         let corners: Vec<(HalfedgeId, SeamSide)> = corners
             .filter_map(|corner| Some((corner, side_at(corner)?)))
             .collect();

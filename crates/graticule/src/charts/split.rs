@@ -10,7 +10,7 @@ use crate::tolerance::WHOLE_LENGTH;
 
 /// Lengths, in spacings of the net, of which the sides of charts are multiples: lines are a half or a
 /// quarter of a spacing apart where charts were no disks.
-const UNITS: [f64; 3] = [1.0, 0.5, 0.25];
+const UNITS: [f64; 5] = [1.0, 0.5, 0.25, 0.125, 0.0625];
 
 /// What is to become of a chart.
 #[derive(Clone, Debug)]

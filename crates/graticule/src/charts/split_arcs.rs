@@ -33,10 +33,15 @@ pub(super) struct ParameterizedArc {
     pub(super) stops: Vec<ArcStop>,
 }
 
-/// Gives each arc a parameter: the net's where a chart beside it is regular, else its length.
-pub(super) fn parameterize_arcs(layout: &ChartLayout) -> Vec<ParameterizedArc> {
-    let of_arc = |arc: &Arc| {
-        let (parameters, space_length) = by_length(layout, &arc.vertices);
+/// Gives each arc a parameter: the net's where a chart beside it is regular, else its length; on those
+/// that are to be even one that grows by the same with each step.
+pub(super) fn parameterize_arcs(layout: &ChartLayout, is_even: &[bool]) -> Vec<ParameterizedArc> {
+    let of_arc = |(arc, &is_even): (&Arc, &bool)| {
+        let (mut parameters, space_length) = by_length(layout, &arc.vertices);
+        if is_even {
+            let steps = (arc.vertices.len() - 1) as f64;
+            parameters = (0..arc.vertices.len()).map(|k| k as f64 / steps).collect();
+        }
         ParameterizedArc {
             parameters,
             net_length: None,
@@ -45,7 +50,7 @@ pub(super) fn parameterize_arcs(layout: &ChartLayout) -> Vec<ParameterizedArc> {
             stops: Vec::new(),
         }
     };
-    let mut arcs: Vec<_> = layout.arcs().iter().map(of_arc).collect();
+    let mut arcs: Vec<_> = layout.arcs().iter().zip(is_even).map(of_arc).collect();
     for chart in layout.charts() {
         if chart.kind == ChartKind::Regular {
             for &(arc, direction) in chart.sides.iter().flatten() {
@@ -53,7 +58,9 @@ pub(super) fn parameterize_arcs(layout: &ChartLayout) -> Vec<ParameterizedArc> {
                 if known.net_length.is_none()
                     && let Some((parameters, length)) = by_net(layout, arc, direction)
                 {
-                    known.parameters = parameters;
+                    if !is_even[arc.index()] {
+                        known.parameters = parameters;
+                    }
                     known.net_length = Some(length);
                 }
             }

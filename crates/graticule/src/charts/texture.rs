@@ -211,9 +211,12 @@ impl Transfer<'_> {
     /// What the source has at a point of the atlas; `None` without texture coordinates there.
     fn sample(&self, point: RasterPoint) -> Option<[f32; 4]> {
         let [a, c, b] = point.weights;
-        let on_input = self
-            .maps
-            .point_on_input(self.source.input, point.face, [a, b, c])?;
+        let on_atlas = SurfacePoint {
+            face: point.face,
+            barycentric: [a, b, c],
+        };
+        let original = self.source.input.mesh();
+        let on_input = self.maps.refined().to_original(original, on_atlas)?;
         let uv = self.source_uv(on_input)?;
         let value = self
             .source

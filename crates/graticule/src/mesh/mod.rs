@@ -20,6 +20,7 @@ mod point_tree;
 mod polygon;
 mod polygon_connectivity;
 mod refine;
+mod refined_surface;
 mod repair;
 mod seams;
 mod sentence;
@@ -46,6 +47,7 @@ pub(crate) use point_tree::PointTree;
 pub use polygon::{fan_apex, triangulate_polygon};
 pub(crate) use polygon_connectivity::PolygonConnectivity;
 pub use refine::{Refinement, refine, refined_count};
+pub use refined_surface::RefinedSurface;
 pub use repair::{
     NonFinite, NonOrientable, RepairChanges, RepairError, RepairOptions, Repaired, Weld, repair,
 };

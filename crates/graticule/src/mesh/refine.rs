@@ -4,7 +4,10 @@ use std::cmp::Ordering;
 
 use glam::DVec3;
 
-use super::{EdgeId, FaceId, PerEdge, PerFace, PerVertex, Surface, SurfacePoint, TriangleMesh};
+use super::{
+    EdgeId, FaceId, PerEdge, PerFace, PerVertex, RefinedSurface, Surface, SurfacePoint,
+    TriangleMesh, VertexId,
+};
 use crate::tolerance::COTANGENT_FLIP;
 use crate::watch::{Stopped, Watch};
 
@@ -14,12 +17,8 @@ use crate::watch::{Stopped, Watch};
 /// their numbers, as does one part of each triangle.
 #[derive(Clone, Debug)]
 pub struct Refinement {
-    /// The surface with small triangles.
-    pub surface: Surface,
-    /// The original triangle that each triangle is a part of.
-    pub parents: PerFace<FaceId>,
-    /// Where the corners of each triangle lie in its original: barycentric coordinates.
-    corners: PerFace<[[f64; 3]; 3]>,
+    /// The surface with small triangles, and where they lie on the original.
+    pub refined: RefinedSurface,
     /// The original edge that each edge is a part of, if it is not inside a triangle.
     pub edge_parents: PerEdge<Option<EdgeId>>,
 }
@@ -59,16 +58,6 @@ pub fn refined_count(surface: &Surface, longest: f64) -> f64 {
 }
 
 impl Refinement {
-    /// The same point, on the original surface.
-    #[must_use]
-    pub fn to_original(&self, point: SurfacePoint) -> SurfacePoint {
-        let [a, b, c] = self.corners[point.face].map(DVec3::from);
-        SurfacePoint {
-            face: self.parents[point.face],
-            barycentric: point.interpolate([a, b, c]).into(),
-        }
-    }
-
     /// The edges that are parts of the given original ones, in order.
     #[must_use]
     pub fn edges_of(&self, originals: &[EdgeId]) -> Vec<EdgeId> {
@@ -359,11 +348,27 @@ impl Draft {
                 edge_parents[mesh.edge(side)] = edge;
             }
         }
-        Refinement {
+        let mut vertex_origin = PerVertex::filled(
+            mesh.vertex_count(),
+            SurfacePoint {
+                face: FaceId(0),
+                barycentric: [0.0; 3],
+            },
+        );
+        for piece in &self.pieces {
+            for (vertex, barycentric) in piece.vertices.into_iter().zip(piece.corners) {
+                let face = piece.parent;
+                vertex_origin[VertexId(vertex)] = SurfacePoint { face, barycentric };
+            }
+        }
+        let refined = RefinedSurface {
             surface: Surface::new(mesh, PerVertex::new(self.positions))
                 .expect("midpoints are as finite as the ends"),
-            parents: PerFace::new(self.pieces.iter().map(|piece| piece.parent).collect()),
-            corners: PerFace::new(self.pieces.iter().map(|piece| piece.corners).collect()),
+            face_origin: PerFace::new(self.pieces.iter().map(|piece| piece.parent).collect()),
+            vertex_origin,
+        };
+        Refinement {
+            refined,
             edge_parents,
         }
     }
@@ -394,7 +399,11 @@ mod tests {
             graticule_fixtures::annulus(0.2, 1.0, 9, 2),
         ] {
             let (surface, finer) = refined(fixture, 0.1);
-            assert!(lengths(&finer.surface).iter().all(|&length| length <= 0.1));
+            assert!(
+                lengths(&finer.refined.surface)
+                    .iter()
+                    .all(|&length| length <= 0.1)
+            );
             let area = |surface: &Surface| -> f64 {
                 let of_face = |face| {
                     let [a, b, c] = surface.corner_positions(face);
@@ -402,36 +411,36 @@ mod tests {
                 };
                 surface.mesh().faces().map(of_face).sum()
             };
-            let ratio = area(&finer.surface) / area(&surface);
+            let ratio = area(&finer.refined.surface) / area(&surface);
             assert!((ratio - 1.0).abs() < 1e-12, "{ratio}");
             let topology = |surface: &Surface| {
                 let total = Topology::of(surface.mesh()).total;
                 (total.euler_characteristic, total.boundary_loops)
             };
-            assert_eq!(topology(&finer.surface), topology(&surface));
+            assert_eq!(topology(&finer.refined.surface), topology(&surface));
         }
     }
 
     #[test]
     fn points_go_back_to_where_they_are() {
         let (surface, finer) = refined(graticule_fixtures::torus(2.0, 0.7, 9, 5), 0.3);
-        for halfedge in finer.surface.mesh().halfedges() {
+        for halfedge in finer.refined.surface.mesh().halfedges() {
             let point = SurfacePoint::on_halfedge(halfedge, 0.3);
-            let back = finer.to_original(point);
+            let back = finer.refined.to_original(surface.mesh(), point).unwrap();
             let distance = back
                 .position(&surface)
-                .distance(point.position(&finer.surface));
+                .distance(point.position(&finer.refined.surface));
             assert!(distance < 1e-14, "{distance}");
         }
         for face in surface.mesh().faces() {
-            assert_eq!(finer.parents[face], face);
+            assert_eq!(finer.refined.face_origin[face], face);
         }
     }
 
     #[test]
     fn parts_of_an_edge_add_up_to_it() {
         let (surface, finer) = refined(graticule_fixtures::bumpy_patch(5, 3), 0.02);
-        let fine = lengths(&finer.surface);
+        let fine = lengths(&finer.refined.surface);
         for (edge, length) in surface.mesh().edges().zip(lengths(&surface)) {
             let parts = finer.edges_of(&[edge]);
             let sum: f64 = parts.iter().map(|part| fine[part.index()]).sum();
@@ -442,9 +451,12 @@ mod tests {
     #[test]
     fn a_fine_surface_is_left_as_it_is() {
         let (surface, finer) = refined(graticule_fixtures::icosphere(2), 1.0);
-        assert_eq!(finer.surface, surface);
+        assert_eq!(finer.refined.surface, surface);
         let point = SurfacePoint::at_corner(HalfedgeId(7));
-        assert_eq!(finer.to_original(point), point);
+        assert_eq!(
+            finer.refined.to_original(surface.mesh(), point),
+            Some(point)
+        );
     }
 
     #[test]
@@ -455,7 +467,7 @@ mod tests {
             graticule_fixtures::cylinder_patch(1.0, 40.0, 60, 1),
         ] {
             let (surface, finer) = refined(fixture, 0.07);
-            let ratio = refined_count(&surface, 0.07) / finer.parents.len() as f64;
+            let ratio = refined_count(&surface, 0.07) / finer.refined.face_origin.len() as f64;
             assert!((1.0 / 3.0..3.0).contains(&ratio), "{ratio}");
         }
     }

@@ -3,7 +3,7 @@ use std::ops::{Add, Mul};
 use glam::DVec3;
 use serde::{Serialize, Serializer};
 
-use super::{FaceId, HalfedgeId, Surface};
+use super::{FaceId, HalfedgeId, Surface, TriangleMesh};
 
 /// A point of a surface: a triangle and barycentric coordinates in it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -47,6 +47,23 @@ impl SurfacePoint {
     pub fn interpolate<T: Add<Output = T> + Mul<f64, Output = T>>(&self, [a, b, c]: [T; 3]) -> T {
         let [u, v, w] = self.barycentric;
         a * u + b * v + c * w
+    }
+
+    /// The weights of the point in another triangle that it lies on too; `None` if it does not.
+    #[must_use]
+    pub fn weights_in(&self, mesh: &TriangleMesh, face: FaceId) -> Option<[f64; 3]> {
+        if self.face == face {
+            return Some(self.barycentric);
+        }
+        let (from, to) = (mesh.triangle(self.face), mesh.triangle(face));
+        let mut weights = [0.0; 3];
+        for (vertex, weight) in from.iter().zip(self.barycentric) {
+            if let Some(corner) = to.iter().position(|other| other == vertex) {
+                weights[corner] += weight;
+            }
+        }
+        let sum: f64 = weights.iter().sum();
+        (sum > 0.5).then(|| weights.map(|weight| weight / sum))
     }
 
     /// Where the point lies in space.

@@ -39,7 +39,7 @@ pub(super) fn finer_surface(
         return Ok(None);
     }
     let refinement = refine(surface, longest, watch)?;
-    let ratio = lengths.mean() / EdgeLengths::of(&refinement.surface).mean();
+    let ratio = lengths.mean() / EdgeLengths::of(&refinement.refined.surface).mean();
     Ok(Some(Finer { refinement, ratio }))
 }
 

@@ -24,6 +24,7 @@ mod overlay;
 mod partition;
 mod polygon_mesh;
 mod purify;
+mod rectangles;
 mod regular;
 mod remesh;
 mod shape;

@@ -4,10 +4,11 @@ use super::QuadsError;
 use super::cells::{Cells, Census, join_faces, prune};
 use super::extract::usual_cell_area;
 use super::overlay::{ArcKind, Overlay, arc, twin};
+use super::rectangles::keep_rectangles;
 use crate::mesh::{
-    EdgeId, Element, FaceId, HalfedgeId, PerEdge, Surface, SurfacePoint, TriangleMesh,
+    EdgeId, Element, FaceId, HalfedgeId, PerEdge, Surface, SurfacePoint, TriangleMesh, VertexId,
 };
-use crate::periodic::GridMap;
+use crate::periodic::{GridMap, Transition};
 use crate::watch::Watch;
 
 /// Halvings of the lines' distance, at most, in cells that are no disks.
@@ -77,6 +78,36 @@ impl NetCells {
         })
     }
 
+    /// Cuts the surface into rectangles with sides of about so many lines, as few as singular points
+    /// allow; each singular point is a corner of those around it. What is no disk is cut along edges.
+    ///
+    /// # Errors
+    /// [`QuadsError::TooFine`], or that it was stopped.
+    pub(crate) fn rectangles(
+        surface: &Surface,
+        map: &GridMap,
+        features: Option<&PerEdge<bool>>,
+        spacings: f64,
+        watch: &Watch,
+    ) -> Result<Self, QuadsError> {
+        let mesh = surface.mesh();
+        let cell_area = usual_cell_area(surface, map) * spacings * spacings;
+        let mut overlay = Overlay::of(surface, map, features, watch)?;
+        let is_singular: Vec<bool> = (mesh.vertices())
+            .map(|vertex| turns_round(mesh, map, vertex))
+            .collect();
+        let pruned = keep_rectangles(&mut overlay, &is_singular, spacings, cell_area);
+        let cells = Cells::settle(&mut overlay, cell_area, watch)?;
+        Ok(Self {
+            shape: Pieces::of(mesh, &overlay),
+            overlay,
+            factor: 1,
+            pruned: pruned + cells.pruned,
+            refined: 0,
+            split: cells.split,
+        })
+    }
+
     /// Where each node lies.
     pub(crate) fn points(&self) -> &[SurfacePoint] {
         &self.overlay.points
@@ -135,6 +166,15 @@ impl NetCells {
         let forward = self.origin(first) == mesh.origin(mesh.edge_halfedge(edge)).0;
         (self.shape.edge_nodes(edge), forward)
     }
+}
+
+/// Whether the coordinates turn round a vertex inside the surface.
+fn turns_round(mesh: &TriangleMesh, map: &GridMap, vertex: VertexId) -> bool {
+    let steps: Option<Vec<Transition>> = (mesh.outgoing(vertex))
+        .map(|corner| map.transition(corner.previous()))
+        .collect();
+    let round = steps.unwrap_or_default().into_iter();
+    !(round.fold(Transition::identity(), Transition::then)).is_identity()
 }
 
 /// Which arcs and nodes lie on which edge, and which faces in which triangle.

@@ -203,9 +203,11 @@ fn remesh_whole(
         return remesh_fine(surface, options, watch);
     };
     let options = finer.translated(options);
-    let mut made = remesh_fine(&finer.refinement.surface, &options, watch)?;
+    let refined = &finer.refinement.refined;
+    let mut made = remesh_fine(&refined.surface, &options, watch)?;
     for origin in &mut made.mesh.origins {
-        *origin = finer.refinement.to_original(*origin);
+        let found = refined.to_original(surface.mesh(), *origin);
+        *origin = found.unwrap_or_else(|| unreachable!("it was made from the surface"));
     }
     Ok(made)
 }

@@ -121,7 +121,7 @@ impl Atlas {
             original: atlas_input.soup,
             repaired: atlas_input.repaired,
             polygons: &plain.polygons,
-            origins: self.maps.vertex_origin().as_slice(),
+            origins: self.maps.refined().vertex_origin.as_slice(),
         };
         let mut soup = carry.to_soup();
         let (values, corner_values) =

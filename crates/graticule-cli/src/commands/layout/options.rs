@@ -29,7 +29,7 @@ pub(crate) struct Options {
     #[serde(flatten)]
     size: ChartArguments,
     /// The map whose lines become borders of charts
-    #[arg(long, value_enum, default_value_t = Map::Periodic)]
+    #[arg(long, value_enum, default_value_t = Map::IntegerGrid)]
     map: Map,
     /// Write the polygon mesh of the charts (.obj, .ply, .off)
     #[arg(long, value_name = "FILE")]
@@ -49,10 +49,10 @@ pub(crate) struct Options {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "kebab-case")]
 enum Map {
-    /// Periodic coordinates: charts beside singularities have any number of sides
-    Periodic,
-    /// An integer grid map: nearly all charts have four sides
+    /// An integer grid map: nearly all charts are rectangles, about three for each singularity at least
     IntegerGrid,
+    /// Periodic coordinates, as published: charts beside singularities have any number of sides
+    Periodic,
 }
 
 /// A further mesh that is written: where to, and in which format.

@@ -28,7 +28,7 @@ pub(super) fn layout(
         json!({
             "vertex": node.0,
             "position": layout.surface().position(node).to_array(),
-            "on_input": origin(layout.vertex_origin()[node]),
+            "on_input": origin(layout.refined().vertex_origin[node]),
         })
     };
     let arc = |arc: &Arc| {
@@ -45,7 +45,7 @@ pub(super) fn layout(
         "charts": charts,
         "chart_of_triangle": maps.square_of().iter().map(chart).collect::<Vec<_>>(),
         "square_of_triangle": maps.square_of().iter().map(|square| square.0).collect::<Vec<_>>(),
-        "polygon_of_triangle": maps.face_origin().iter()
+        "polygon_of_triangle": maps.refined().face_origin.iter()
             .map(|&face| repaired.face_polygons[face]).collect::<Vec<_>>(),
     });
     let mut text = serde_json::to_string(&document).map_err(|error| {

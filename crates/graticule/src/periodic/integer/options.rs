@@ -41,6 +41,8 @@ pub struct IntegerGridOptions {
     pub sizing: Option<PerVertex<f64>>,
     /// Rounds of making flipped triangles positive again; 0 for none.
     pub untangling_rounds: usize,
+    /// Rounds of lowering distortion round triangles that the map squeezes; 0 for none.
+    pub relaxation_rounds: usize,
 }
 
 impl Default for IntegerGridOptions {
@@ -51,6 +53,7 @@ impl Default for IntegerGridOptions {
             features: Vec::new(),
             sizing: None,
             untangling_rounds: 5,
+            relaxation_rounds: 0,
         }
     }
 }

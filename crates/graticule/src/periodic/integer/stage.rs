@@ -59,6 +59,7 @@ pub struct IntegerGrid {
     net: Net,
     similarity: Similarity,
     untangling_rounds: usize,
+    relaxation_rounds: usize,
 }
 
 impl IntegerGrid {
@@ -83,6 +84,7 @@ impl IntegerGrid {
             net: Net::of(unit, field, options, watch)?,
             similarity,
             untangling_rounds: options.untangling_rounds,
+            relaxation_rounds: options.relaxation_rounds,
         })
     }
 
@@ -132,6 +134,7 @@ impl IntegerGrid {
         {
             let _stage = watch.stage("untangling");
             solved.net.untangle(self.untangling_rounds, watch)?;
+            solved.net.relax_squeezed(self.relaxation_rounds, watch)?;
         }
         let report = self
             .net

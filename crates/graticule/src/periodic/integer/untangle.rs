@@ -5,7 +5,7 @@ use glam::{DMat2, DVec2};
 use super::descent::{Descent, Objective};
 use crate::mesh::{FaceId, HalfedgeId, PerCorner, PerFace, PerVertex, TriangleMesh, VertexId};
 use crate::periodic::Transition;
-use crate::tolerance::FLAT_IN_NET;
+use crate::tolerance::{FLAT_IN_NET, SQUEEZED_IN_NET};
 use crate::watch::{Stopped, Watch};
 
 /// A net whose turns, shifts and whole coordinates are settled.
@@ -98,6 +98,65 @@ impl SettledNet<'_> {
         }
     }
 
+    /// Rearranges the neighbourhoods of triangles that are positive and much distorted, larger ones in
+    /// each round, so that the distortion of the whole neighbourhood falls. What is whole stays.
+    pub(super) fn relax_squeezed(&mut self, rounds: usize, watch: &Watch) -> Result<(), Stopped> {
+        let mut effort = MOST_EFFORT * self.mesh.face_count();
+        for round in 0..rounds {
+            let faces = self.mesh.faces();
+            let squeezed: Vec<FaceId> = faces.filter(|&face| self.is_squeezed(face)).collect();
+            if squeezed.is_empty() {
+                break;
+            }
+            for patch in self.patches(&squeezed, round + LEAST_RELAXED_RINGS) {
+                watch.check()?;
+                self.lower_distortion(&patch, &mut effort);
+            }
+        }
+        Ok(())
+    }
+
+    fn is_squeezed(&self, face: FaceId) -> bool {
+        let Some(triangle) = triangle(self, &[], face) else {
+            return false;
+        };
+        let jacobian = triangle.jacobian(&[]);
+        let (distortion, _) = density(jacobian, LEAST_EPSILON);
+        jacobian.determinant() > 0.0 && distortion > SQUEEZED_IN_NET
+    }
+
+    /// Rearranges a neighbourhood without flips, as far as `effort` lasts.
+    fn lower_distortion(&mut self, patch: &[FaceId], effort: &mut usize) {
+        let problem = PatchProblem::new(self, patch);
+        let mut point = problem.start();
+        if problem.flips_at(&point) > 0 {
+            return;
+        }
+        let cost = Descent::default().steps() * patch.len();
+        let energy = Regularised {
+            problem: &problem,
+            epsilon: LEAST_EPSILON,
+        };
+        for _ in 0..MOST_DESCENTS {
+            if *effort < cost {
+                break;
+            }
+            *effort -= cost;
+            if Descent::default().run(&energy, &mut point) < WORTHWHILE_GAIN {
+                break;
+            }
+        }
+        if problem.flips_at(&point) == 0 {
+            self.put(&problem.variables, &point);
+        }
+    }
+
+    fn put(&mut self, variables: &[(VertexId, usize)], point: &[f64]) {
+        for (&(vertex, coordinate), &value) in variables.iter().zip(point) {
+            self.places[vertex][coordinate] = value;
+        }
+    }
+
     /// The triangles within some rings of the given ones, those that hang together in one patch.
     fn patches(&self, seeds: &[FaceId], rings: usize) -> Vec<Vec<FaceId>> {
         let mesh = self.mesh;
@@ -164,12 +223,19 @@ impl SettledNet<'_> {
             }
         }
         if problem.flips_at(&point) < before {
-            for (&(vertex, coordinate), &value) in problem.variables.iter().zip(&point) {
-                self.places[vertex][coordinate] = value;
-            }
+            self.put(&problem.variables, &point);
         }
     }
 }
+
+/// Rings of triangles round those squeezed that move in the first round.
+const LEAST_RELAXED_RINGS: usize = 4;
+
+/// Descents in one neighbourhood, each of which forgets what the last one learnt of the curvature.
+const MOST_DESCENTS: usize = 4;
+
+/// Relative decrease of the distortion in a descent above which another is worth while.
+const WORTHWHILE_GAIN: f64 = 1e-2;
 
 /// Visits of each triangle of the surface, in the mean, in the search for places without flips.
 ///
@@ -335,7 +401,7 @@ impl Objective for Regularised<'_> {
         let mut total = 0.0;
         for triangle in &self.problem.triangles {
             let jacobian = triangle.jacobian(point);
-            let (value, slope) = self.density(jacobian);
+            let (value, slope) = density(jacobian, self.epsilon);
             total += triangle.weight * value;
             // The derivative by the two sides from the first corner.
             let sides = slope * triangle.inverse.transpose() * triangle.weight;
@@ -348,26 +414,24 @@ impl Objective for Regularised<'_> {
     }
 }
 
-impl Regularised<'_> {
-    /// The distortion of a Jacobian, and its derivative.
-    fn density(&self, jacobian: DMat2) -> (f64, DMat2) {
-        let determinant = jacobian.determinant();
-        let root = libm::hypot(self.epsilon, determinant);
-        // The sum cancels where the determinant is negative.
-        let smoothed = if determinant >= 0.0 {
-            f64::midpoint(determinant, root)
-        } else {
-            0.5 * self.epsilon * self.epsilon / (root - determinant)
-        };
-        let smoothed_slope = smoothed / root;
-        let [x, y] = [jacobian.x_axis, jacobian.y_axis];
-        let above = x.length_squared() + y.length_squared() + determinant * determinant + 1.0;
-        let cofactors = DMat2::from_cols(DVec2::new(y.y, -y.x), DVec2::new(-x.y, x.x));
-        let by_determinant =
-            2.0 * determinant / smoothed - above / smoothed * (smoothed_slope / smoothed);
-        let slope = jacobian * (2.0 / smoothed) + cofactors * by_determinant;
-        (above / smoothed, slope)
-    }
+/// The distortion of a Jacobian, its determinant smoothed by `epsilon`, and its derivative.
+fn density(jacobian: DMat2, epsilon: f64) -> (f64, DMat2) {
+    let determinant = jacobian.determinant();
+    let root = libm::hypot(epsilon, determinant);
+    // The sum cancels where the determinant is negative.
+    let smoothed = if determinant >= 0.0 {
+        f64::midpoint(determinant, root)
+    } else {
+        0.5 * epsilon * epsilon / (root - determinant)
+    };
+    let smoothed_slope = smoothed / root;
+    let [x, y] = [jacobian.x_axis, jacobian.y_axis];
+    let above = x.length_squared() + y.length_squared() + determinant * determinant + 1.0;
+    let cofactors = DMat2::from_cols(DVec2::new(y.y, -y.x), DVec2::new(-x.y, x.x));
+    let by_determinant =
+        2.0 * determinant / smoothed - above / smoothed * (smoothed_slope / smoothed);
+    let slope = jacobian * (2.0 / smoothed) + cofactors * by_determinant;
+    (above / smoothed, slope)
 }
 
 #[cfg(test)]
@@ -411,6 +475,22 @@ mod tests {
         for vertex in mesh.vertices().filter(|&v| !net.is_free[v][0]) {
             assert_eq!(net.places[vertex], before[vertex]);
         }
+    }
+
+    #[test]
+    fn squeezed_triangles_are_given_room_and_none_is_flipped() {
+        let disk = disk(8);
+        let surface = Surface::from_triangles(disk.positions, &disk.triangles).unwrap();
+        let mesh = surface.mesh();
+        let mut net = tangled(mesh, &surface, &[]);
+        net.is_free[VertexId(0)] = [false; 2];
+        let beside = mesh.outgoing(VertexId(0)).next().unwrap();
+        let neighbor = mesh.destination(beside);
+        net.places[VertexId(0)] = net.places[VertexId(0)].lerp(net.places[neighbor], 0.995);
+        let squeezed = |net: &SettledNet<'_>| mesh.faces().filter(|&f| net.is_squeezed(f)).count();
+        assert!(net.flipped().is_empty() && squeezed(&net) > 0);
+        net.relax_squeezed(3, &Watch::new()).unwrap();
+        assert_eq!((net.flipped(), squeezed(&net)), (vec![], 0));
     }
 
     #[test]

@@ -1,6 +1,7 @@
 use super::ChartId;
 use crate::Hint;
 use crate::field::FieldError;
+use crate::flatten::{BoundaryError, FlattenError};
 use crate::mesh::{FaceId, MeshError, VertexId};
 use crate::periodic::{GridMapError, IntegerGridError, PeriodicError};
 use crate::quads::QuadsError;
@@ -119,6 +120,105 @@ impl Hint for LayoutError {
             | Self::EulerCharacteristic { .. }
             | Self::Area { .. }
             | Self::OtherMesh { .. } => None,
+        }
+    }
+}
+
+/// Why charts could not be laid down.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ChartMapError {
+    /// The layout was made from another surface.
+    #[error("the layout was not made from this surface: its triangles do not lie on it")]
+    OtherInput,
+    /// The arcs round a chart are not its border.
+    #[error("the arcs of {chart} are not its border")]
+    Border {
+        /// The chart.
+        chart: ChartId,
+    },
+    /// The border of a chart was not laid down as a polygon.
+    #[error("{chart}: {reason}")]
+    Polygon {
+        /// The chart.
+        chart: ChartId,
+        /// What is wrong with it.
+        reason: BoundaryError,
+    },
+    /// The lines that split a chart went astray.
+    #[error("double precision does not suffice to split {chart} from its centre")]
+    Spokes {
+        /// The chart.
+        chart: ChartId,
+    },
+    /// A chart could not be laid onto its polygon.
+    #[error("{chart}: {reason}")]
+    Chart {
+        /// The chart.
+        chart: ChartId,
+        /// What is in the way.
+        reason: FlattenError,
+    },
+    /// The squares put together are no mesh.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+    /// The computation was stopped.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
+}
+
+impl ChartMapError {
+    pub(super) fn of_chart(chart: ChartId, reason: FlattenError) -> Self {
+        match reason {
+            FlattenError::Stopped(stopped) => Self::Stopped(stopped),
+            reason => Self::Chart { chart, reason },
+        }
+    }
+}
+
+impl Hint for ChartMapError {
+    fn hint(&self) -> Option<String> {
+        match self {
+            Self::OtherInput => Some("give the surface that the layout was made from".into()),
+            Self::Border { .. } | Self::Polygon { .. } | Self::Mesh(_) => None,
+            Self::Spokes { .. } => Some("make charts smaller".into()),
+            Self::Chart { reason, .. } => reason.hint(),
+            Self::Stopped(stopped) => stopped.hint(),
+        }
+    }
+}
+
+/// Why squares could not be packed.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ChartAtlasError {
+    /// The padding leaves no texel for the squares.
+    #[error("a square of {texels:.1} texels has no room for a padding of {padding}")]
+    Padding {
+        /// Texels along a side of the smallest squares.
+        texels: f64,
+        /// Texels between squares.
+        padding: u32,
+    },
+    /// A number of texels, of tiles or a density that is none.
+    #[error("{what} is {value}; it must be above 0 and finite")]
+    BadNumber {
+        /// What it is.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// The computation was stopped.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
+}
+
+impl Hint for ChartAtlasError {
+    fn hint(&self) -> Option<String> {
+        match self {
+            Self::Padding { .. } => {
+                Some("ask for a larger resolution, more tiles, or less padding".into())
+            }
+            Self::BadNumber { .. } => None,
+            Self::Stopped(stopped) => stopped.hint(),
         }
     }
 }
