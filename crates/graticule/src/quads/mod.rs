@@ -25,6 +25,7 @@ mod polygon_mesh;
 mod purify;
 mod regular;
 mod remesh;
+mod roomy;
 mod shape;
 mod sides;
 mod snap;
