@@ -385,9 +385,9 @@ fn narrow_quads_between_lines_of_the_net_stay_quads() {
     // Lines bunched up between two features: a quarter as far apart there as elsewhere.
     let surface = surface_of(&grid(2.0, 2.0, 40, 20));
     let mesh = surface.mesh();
-    let bunched = |x: f64| 8.0 * x + 24.0 * (x - 0.8).clamp(0.0, 0.4);
+    let bunched = |x: f64| 8.0 * x + 24.0 * (x - 0.75).clamp(0.0, 0.5);
     let map = flat_map(&surface, |_, p| DVec2::new(bunched(p.x), 8.0 * p.y));
-    let is_side = |x: f64| (x - 0.8).abs() < 1e-9 || (x - 1.2).abs() < 1e-9;
+    let is_side = |x: f64| (x - 0.75).abs() < 1e-9 || (x - 1.25).abs() < 1e-9;
     let features = PerEdge::from_fn(mesh.edge_count(), |edge| {
         let ends = mesh
             .ends(mesh.edge_halfedge(edge))
