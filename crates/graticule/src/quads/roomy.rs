@@ -48,16 +48,12 @@ pub(super) fn roomy_grid(
         let crumpled = grid.crumpled(density, watch)?;
         let most = CRUMPLED_SHARE * surface.mesh().face_count() as f64;
         let has_room = crumpled.len() as f64 <= most.max(FEW_CRUMPLED);
-        match releases
-            .next()
-            .filter(|_| !has_room && !features.is_empty())
-        {
-            Some(release) => features = released(surface, &features, &crumpled, release),
-            None => {
-                warn(wanted - features.len(), wanted, watch);
-                return Ok((grid, features));
-            }
-        }
+        let is_settled = has_room || features.is_empty();
+        let Some(release) = releases.next().filter(|_| !is_settled) else {
+            warn(wanted - features.len(), wanted, watch);
+            return Ok((grid, features));
+        };
+        features = released(surface, &features, &crumpled, release);
     }
 }
 
