@@ -277,6 +277,11 @@ pub const MENDED_QUAD: f64 = 0.2;
 /// boundary: what stays on either side of the line is larger than what went.
 pub const SNAP_TO_LINE: f64 = 0.4;
 
+/// Share of the triangles that rounding flips, from which on features are in the way of the net.
+///
+/// Maps that can be untangled have up to 0.02; where features have no room it is 0.08 and more.
+pub const CRUMPLED_SHARE: f64 = 0.03;
+
 /// Scaled Jacobian below which the worst corner of a quad counts more than the mean.
 pub const FAIR_QUAD: f64 = 0.6;
 
@@ -443,6 +448,10 @@ pub const NO_ADVANCE: f64 = 0.25;
 ///
 /// The height of an arc of a circle that turns by 90° is 0.21 of its chord.
 pub const ARC_HEIGHT: f64 = 0.2;
+
+/// The same for an arc that is a side of the net, between two lattice points: its place in the middle
+/// makes two pentagons of two quads. A bend of 60° stays one side, a right angle does not.
+pub const SIDE_HEIGHT: f64 = 0.35;
 
 /// Cosine of the turn at a node between two arcs up to which they are one line: 45°.
 pub const STRAIGHT_COSINE: f64 = std::f64::consts::FRAC_1_SQRT_2;

@@ -62,11 +62,15 @@ impl Complex {
     fn add_chain(&mut self, overlay: &Overlay, cells: &Cells, corners: &[bool], first: u32) -> u32 {
         let start = self.path_nodes.len() as u32;
         let mut last = first;
-        let mut advance = overlay.advances[arc(first)];
-        while !corners[overlay.destination(last) as usize] {
+        let (mut advance, mut kind) = (0.0, LongestKind::default());
+        loop {
+            advance += overlay.advances[arc(last)];
+            kind.add(overlay, last);
+            if corners[overlay.destination(last) as usize] {
+                break;
+            }
             self.path_nodes.push(overlay.destination(last));
             last = overlay.next_drawn(last);
-            advance += overlay.advances[arc(last)];
         }
         let cell_of = |dart: u32| {
             let face = overlay.faces[dart as usize];
@@ -75,7 +79,7 @@ impl Complex {
         let ends = [overlay.origins[first as usize], overlay.destination(last)];
         self.origins.extend(ends);
         self.cells.extend([cell_of(first), cell_of(twin(first))]);
-        self.kinds.push(overlay.kinds[arc(first)]);
+        self.kinds.push(kind.get());
         self.advances.push(advance);
         self.paths.push((start, self.path_nodes.len() as u32));
         last
@@ -233,6 +237,28 @@ impl Complex {
         self.link(before, after);
         self.link(other_before, twin(before));
         self.take_away(dart);
+    }
+}
+
+/// What a chain of pieces is for the most part: where a feature ends between two lattice points, the
+/// line goes on.
+#[derive(Default)]
+struct LongestKind(Vec<(ArcKind, f64)>);
+
+impl LongestKind {
+    fn add(&mut self, overlay: &Overlay, dart: u32) {
+        let ends = [overlay.origins[dart as usize], overlay.destination(dart)];
+        let [from, to] = ends.map(|node| overlay.positions[node as usize]);
+        let (kind, length) = (overlay.kinds[arc(dart)], from.distance(to));
+        match self.0.iter_mut().find(|(known, _)| *known == kind) {
+            Some((_, sum)) => *sum += length,
+            None => self.0.push((kind, length)),
+        }
+    }
+
+    fn get(&self) -> ArcKind {
+        let longest = self.0.iter().max_by(|a, b| a.1.total_cmp(&b.1));
+        longest.map_or(ArcKind::Line, |&(kind, _)| kind)
     }
 }
 

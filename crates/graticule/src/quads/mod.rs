@@ -27,6 +27,7 @@ mod purify;
 mod rectangles;
 mod regular;
 mod remesh;
+mod roomy;
 mod shape;
 mod sides;
 mod small_components;

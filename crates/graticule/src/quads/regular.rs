@@ -2,8 +2,8 @@ use glam::DVec3;
 
 use super::complex::Complex;
 use super::overlay::{ArcKind, Overlay, arc, twin};
-use super::snap::snap_to_lines;
-use crate::tolerance::{ARC_HEIGHT, NO_ADVANCE, STRAIGHT_COSINE};
+use super::snap::{is_side_of_net, snap_to_lines};
+use crate::tolerance::{ARC_HEIGHT, NO_ADVANCE, SIDE_HEIGHT, STRAIGHT_COSINE};
 
 /// Arcs that [`make_regular`] drew together.
 #[derive(Clone, Copy, Debug, Default)]
@@ -218,7 +218,12 @@ fn bend(complex: &Complex, overlay: &Overlay, dart: u32) -> Option<usize> {
     };
     let heights = (complex.path(arc(dart)).iter()).map(|&node| height(place(node)));
     let farthest = heights.enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
-    (farthest.1 > ARC_HEIGHT * chord.length()).then_some(farthest.0)
+    let most = if is_side_of_net(complex, overlay, dart) {
+        SIDE_HEIGHT
+    } else {
+        ARC_HEIGHT
+    };
+    (farthest.1 > most * chord.length()).then_some(farthest.0)
 }
 
 /// Splits loops, and all but one of the arcs with the same ends. Returns whether there were any.

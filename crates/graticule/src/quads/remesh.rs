@@ -5,6 +5,7 @@ use super::debris::Debris;
 use super::extents::check_extents;
 use super::features::clear_features;
 use super::finer::finer_surface;
+use super::roomy::roomy_grid;
 use super::small_components::split_small_components;
 use super::{
     CutReport, FeatureReport, MendReport, Net, PolygonMesh, QuadsError, ShapeError, ShapeOptions,
@@ -17,10 +18,7 @@ use crate::field::{
 use crate::geometry::{face_shapes, total_area};
 use crate::measure::scaled_jacobian;
 use crate::mesh::{EdgeId, FaceId, PerEdge, Surface};
-use crate::periodic::{
-    GridDensity, GridMap, IntegerGrid, IntegerGridError, IntegerGridMap, IntegerGridOptions,
-    IntegerGridReport,
-};
+use crate::periodic::{GridDensity, GridMap, IntegerGridError, IntegerGridMap, IntegerGridReport};
 use crate::tolerance::CLOSE_PAIR_IN_QUADS;
 use crate::watch::{Stopped, Watch};
 
@@ -251,13 +249,8 @@ fn remesh_fine(
     watch: &Watch,
 ) -> Result<Remeshed, RemeshError> {
     let field = cross_field(surface, &field_options(surface, options), watch)?;
-    let features = all_features(surface, &options.field);
-    let map_options = IntegerGridOptions {
-        density: options.density,
-        features: features.clone(),
-        ..IntegerGridOptions::default()
-    };
-    let mut grid = IntegerGrid::of(surface, &field.field, &map_options, watch)?;
+    let wanted = all_features(surface, &options.field);
+    let (mut grid, features) = roomy_grid(surface, &field.field, (options.density, wanted), watch)?;
     let (mut mesh, mut report) = counted(options.density, watch, |density| {
         let made = grid.map(density, watch)?;
         net(surface, (&field, made), &features, options.mode, watch)

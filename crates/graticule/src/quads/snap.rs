@@ -3,21 +3,22 @@ use glam::DVec3;
 use super::complex::Complex;
 use super::overlay::{ArcKind, Overlay, arc, twin};
 use super::regular::{can_contract, glue_lens, is_held};
-use crate::tolerance::{SNAP_TO_LINE, STRAIGHT_COSINE};
+use crate::tolerance::{NO_ADVANCE, SNAP_TO_LINE, STRAIGHT_COSINE};
 
 /// Draws crossings of the net onto features and the boundary where they lie close beside them, and
 /// puts places on such a line together that lie close to each other, so that no slivers are left
 /// along lines that the map does not follow. Returns how many arcs were contracted.
 ///
 /// `side` is the usual side of a cell. Ends of features, their junctions and sharp bends keep
-/// their places, and so does everything that no short arc leads from.
+/// their places, and so does everything that no short arc leads from. Sides of the net, from one
+/// lattice point to the next, stay however short they are: the cells beside them are quads.
 pub(super) fn snap_to_lines(complex: &mut Complex, overlay: &Overlay, side: f64) -> usize {
     let longest = SNAP_TO_LINE * side;
     let mut snapped = 0;
     loop {
         let mut short: Vec<(f64, u32)> = (0..complex.dart_count())
             .step_by(2)
-            .filter(|&dart| complex.is_alive(dart))
+            .filter(|&dart| complex.is_alive(dart) && !is_side_of_net(complex, overlay, dart))
             .map(|dart| (length(complex, overlay, dart), dart))
             .filter(|&(length, _)| length <= longest)
             .collect();
@@ -25,6 +26,7 @@ pub(super) fn snap_to_lines(complex: &mut Complex, overlay: &Overlay, side: f64)
         let before = snapped;
         for (_, dart) in short {
             if complex.is_alive(dart)
+                && !is_side_of_net(complex, overlay, dart)
                 && length(complex, overlay, dart) <= longest
                 && let Some(dart) = towards_line(complex, overlay, dart)
                 && can_contract(complex, dart)
@@ -41,6 +43,12 @@ pub(super) fn snap_to_lines(complex: &mut Complex, overlay: &Overlay, side: f64)
             return snapped;
         }
     }
+}
+
+/// Whether an arc leads from one lattice point to another one.
+pub(super) fn is_side_of_net(complex: &Complex, overlay: &Overlay, dart: u32) -> bool {
+    let ends = [dart, twin(dart)].map(|dart| complex.origin(dart) as usize);
+    ends.iter().all(|&end| overlay.lattice[end]) && complex.advances[arc(dart)].abs() > NO_ADVANCE
 }
 
 /// The length of an arc, or the distance of its ends where that is more.

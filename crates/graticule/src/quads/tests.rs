@@ -381,6 +381,83 @@ fn crossings_close_to_the_boundary_are_drawn_onto_it() {
 }
 
 #[test]
+fn narrow_quads_between_lines_of_the_net_stay_quads() {
+    // Lines bunched up between two features: a quarter as far apart there as elsewhere.
+    let surface = surface_of(&grid(2.0, 2.0, 40, 20));
+    let mesh = surface.mesh();
+    let bunched = |x: f64| 8.0 * x + 24.0 * (x - 0.75).clamp(0.0, 0.5);
+    let map = flat_map(&surface, |_, p| DVec2::new(bunched(p.x), 8.0 * p.y));
+    let is_side = |x: f64| (x - 0.75).abs() < 1e-9 || (x - 1.25).abs() < 1e-9;
+    let features = PerEdge::from_fn(mesh.edge_count(), |edge| {
+        let ends = mesh
+            .ends(mesh.edge_halfedge(edge))
+            .map(|v| surface.position(v).x);
+        is_side(ends[0]) && (ends[0] - ends[1]).abs() < 1e-9
+    });
+    let found = extract_polygons(&surface, &map, Some(&features), &Watch::new()).unwrap();
+    assert_eq!(found.snapped, 0);
+    assert_eq!(found.mesh.quad_count(), found.mesh.polygons.len());
+    let cells = bunched(2.0).round() * 16.0;
+    assert!((found.mesh.polygons.len() as f64 - cells).abs() < 0.5);
+}
+
+#[test]
+fn a_feature_that_ends_between_lattice_points_marks_the_sides_that_it_covers() {
+    // It runs along a line from 0 to 1.13, 0.52 of the fifth side, or to 1.1, 0.4 of it.
+    for (end, sides) in [(1.13, 5), (1.1, 4)] {
+        let columns = grid(2.0, 1.0, 200, 4);
+        let surface = surface_of(&columns);
+        let mesh = surface.mesh();
+        let map = flat_map(&surface, |_, p| p.truncate() * 4.0);
+        let features = PerEdge::from_fn(mesh.edge_count(), |edge| {
+            let ends = mesh
+                .ends(mesh.edge_halfedge(edge))
+                .map(|v| surface.position(v));
+            ends.iter()
+                .all(|p| (p.y - 0.5).abs() < 1e-9 && p.x < end + 1e-9)
+        });
+        let found = extract_polygons(&surface, &map, Some(&features), &Watch::new()).unwrap();
+        assert_eq!(found.mesh.feature_edges.len(), sides);
+        assert_eq!(found.mesh.quad_count(), 8 * 4);
+    }
+}
+
+#[test]
+fn a_bend_of_the_boundary_inside_a_side_of_the_net_leaves_quads() {
+    // A regular octagon as a square: at every other corner a side of the net bends by 45°.
+    for (lines, polygons) in [(1.0, 1), (2.0, 4)] {
+        let octagon: Vec<DVec3> = (0..8)
+            .map(|corner| {
+                DVec3::from((
+                    DVec2::from_angle(f64::from(corner) * 0.25 * std::f64::consts::PI),
+                    0.0,
+                ))
+            })
+            .chain([DVec3::ZERO])
+            .collect();
+        let triangles: Vec<[u32; 3]> = (0..8).map(|corner| [8, corner, (corner + 1) % 8]).collect();
+        let surface = Surface::from_triangles(octagon, &triangles).unwrap();
+        let square = |index: usize| match index {
+            8 => DVec2::ZERO,
+            _ => [
+                DVec2::new(1.0, 0.0),
+                DVec2::ONE,
+                DVec2::new(0.0, 1.0),
+                DVec2::new(-1.0, 1.0),
+                DVec2::new(-1.0, 0.0),
+                DVec2::new(-1.0, -1.0),
+                DVec2::new(0.0, -1.0),
+                DVec2::new(1.0, -1.0),
+            ][index],
+        };
+        let map = flat_map(&surface, |v, _| (square(v.index()) + 1.0) * 0.5 * lines);
+        let found = extract(&surface, &map);
+        assert_eq!(found.mesh.quad_count(), polygons);
+        assert_eq!(found.mesh.polygons.len(), polygons);
+    }
+}
+
+#[test]
 fn the_nearest_line_is_drawn_onto_a_feature_that_no_line_follows() {
     let surface = surface_of(&grid(2.0, 1.0, 8, 5));
     let mesh = surface.mesh();

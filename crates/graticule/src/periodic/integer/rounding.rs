@@ -88,34 +88,59 @@ impl Rounding {
             }
             open.take_away(&steps);
         }
-        self.mend(density, &mut settled, &mut values);
+        let mut slopes = self.slopes(density, &values);
+        self.mend(&mut settled, &mut values, &mut slopes);
+        self.descend(&mut settled, &mut values, &mut slopes);
         Ok(values.into_iter().map(|value| value as i64).collect())
     }
 
     /// Changes single parameters as long as fewer neighbours are together for it: for each two that
     /// are the parameter that parts most, of these the one that costs least.
-    fn mend(&self, density: f64, settled: &mut SettledPairs<'_>, values: &mut [f64]) {
-        let mut slopes: Vec<f64> = self
-            .energy
-            .loads
-            .iter()
-            .map(|load| -density * load)
-            .collect();
-        for (column, &value) in values.iter().enumerate() {
-            self.add_column(&mut slopes, column, value);
-        }
+    fn mend(&self, settled: &mut SettledPairs<'_>, values: &mut [f64], slopes: &mut [f64]) {
         let mut broken = settled.broken_pairs();
         while !broken.is_empty() {
             let before = broken.len();
             for pair in broken {
-                if let Some((column, step)) = self.best_mending(pair, settled, &slopes) {
+                if let Some((column, step)) = self.best_mending(pair, settled, slopes) {
                     values[column] += step;
                     settled.shift(column, step);
-                    self.add_column(&mut slopes, column, step);
+                    self.add_column(slopes, column, step);
                 }
             }
             broken = settled.broken_pairs();
             if broken.len() >= before {
+                break;
+            }
+        }
+    }
+
+    /// The derivative of the energy by each parameter.
+    fn slopes(&self, density: f64, values: &[f64]) -> Vec<f64> {
+        let loads = self.energy.loads.iter();
+        let mut slopes: Vec<f64> = loads.map(|load| -density * load).collect();
+        for (column, &value) in values.iter().enumerate() {
+            self.add_column(&mut slopes, column, value);
+        }
+        slopes
+    }
+
+    /// Moves single parameters to the next whole number as long as that lowers the energy and brings
+    /// no neighbours together: what was rounded early did not know of what was rounded late.
+    fn descend(&self, settled: &mut SettledPairs<'_>, values: &mut [f64], slopes: &mut [f64]) {
+        for _ in 0..MOST_DESCENTS {
+            let mut moved = false;
+            for column in 0..values.len() {
+                let own = self.energy.matrix[(column, column)];
+                let step = -slopes[column].signum();
+                let cost = step * slopes[column] + 0.5 * own;
+                if cost < -LEAST_DESCENT * own && settled.parted_by(column, step) >= 0 {
+                    values[column] += step;
+                    settled.shift(column, step);
+                    self.add_column(slopes, column, step);
+                    moved = true;
+                }
+            }
+            if !moved {
                 break;
             }
         }
@@ -155,6 +180,12 @@ impl Rounding {
         best.map(|(_, _, change)| change)
     }
 }
+
+/// Times that all parameters are looked at again, at most; mostly it ends after two or three.
+const MOST_DESCENTS: usize = 20;
+
+/// What a move must lower the energy by, in what the parameter costs one step from its best.
+const LEAST_DESCENT: f64 = 1e-6;
 
 /// Parameters fixed before their rank-one matrices are taken away together.
 const GATHERED: usize = 32;
@@ -301,7 +332,8 @@ mod tests {
         for column in 0..2 {
             settled.settle(column, 0.0);
         }
-        rounding.mend(1.0, &mut settled, &mut values);
+        let mut slopes = rounding.slopes(1.0, &values);
+        rounding.mend(&mut settled, &mut values, &mut slopes);
         values.map(|value| value as i64)
     }
 
@@ -368,6 +400,42 @@ mod tests {
             rounded.windows(2).all(|pair| pair[0] < pair[1]),
             "{rounded:?}"
         );
+    }
+
+    #[test]
+    fn rounding_ends_where_no_single_step_lowers_the_energy() {
+        let (count, mut noise) = (24, Noise::new(11));
+        let factor = Mat::from_fn(count, count, |_, _| noise.signed());
+        let matrix = Mat::from_fn(count, count, |row, column| {
+            let product: f64 = (0..count)
+                .map(|k| factor[(row, k)] * factor[(column, k)])
+                .sum();
+            product + if row == column { 0.05 } else { 0.0 }
+        });
+        let loads: Vec<f64> = (0..count).map(|_| 9.0 * noise.signed()).collect();
+        let energy = WholeEnergy {
+            matrix: matrix.clone(),
+            loads: loads.clone(),
+        };
+        let rounding = Rounding::new(energy).unwrap();
+        let guard = Guard::new(&[], &[], count);
+        let rounded = rounding.at(1.0, &guard, &Watch::new()).unwrap();
+        let values: Vec<f64> = rounded.iter().map(|&whole| whole as f64).collect();
+        let energy = |values: &[f64]| -> f64 {
+            let row = |row: usize| -> f64 {
+                let product: f64 = (0..count).map(|c| matrix[(row, c)] * values[c]).sum();
+                values[row] * (0.5 * product - loads[row])
+            };
+            (0..count).map(row).sum()
+        };
+        let least = energy(&values);
+        for column in 0..count {
+            for step in [-1.0, 1.0] {
+                let mut moved = values.clone();
+                moved[column] += step;
+                assert!(energy(&moved) > least - 1e-4, "{column} {step}");
+            }
+        }
     }
 
     #[test]

@@ -88,6 +88,24 @@ impl IntegerGrid {
         })
     }
 
+    /// The triangles that are flipped once the whole numbers are rounded, before anything is done
+    /// about them.
+    ///
+    /// Cost: a solution with what is factored already; with thousands of whole numbers a dozen
+    /// factorisations.
+    ///
+    /// # Errors
+    /// [`IntegerGridError`].
+    pub(crate) fn crumpled(
+        &self,
+        density: GridDensity,
+        watch: &Watch,
+    ) -> Result<Vec<FaceId>, IntegerGridError> {
+        density.check()?;
+        let density = self.net.first_density(density, &self.similarity);
+        Ok(self.net.solve(density, watch)?.net.flipped())
+    }
+
     /// The map of a density. What its report tells of is left to the caller to warn of.
     ///
     /// Where triangles stay flipped, lines are drawn closer together, and stay so for maps made
@@ -312,12 +330,18 @@ impl Net {
         similarity: &Similarity,
         watch: &Watch,
     ) -> Result<(Solved<'_>, usize), IntegerGridError> {
+        let first = self.first_density(density, similarity);
         match density {
-            GridDensity::EdgeLength(length) => {
-                let length = libm::ldexp(length, similarity.exponent());
-                Ok((self.solve(1.0 / length, watch)?, 1))
-            }
-            GridDensity::Quads(quads) => self.with_cells(quads as f64, watch),
+            GridDensity::EdgeLength(_) => Ok((self.solve(first, watch)?, 1)),
+            GridDensity::Quads(quads) => self.with_cells(quads as f64, first, watch),
+        }
+    }
+
+    /// Lines per unit of length, as far as known before any map is made.
+    fn first_density(&self, density: GridDensity, similarity: &Similarity) -> f64 {
+        match density {
+            GridDensity::EdgeLength(length) => 1.0 / libm::ldexp(length, similarity.exponent()),
+            GridDensity::Quads(quads) => (quads as f64 / self.wished_area()).sqrt(),
         }
     }
 
@@ -325,9 +349,9 @@ impl Net {
     fn with_cells(
         &self,
         wanted: f64,
+        mut density: f64,
         watch: &Watch,
     ) -> Result<(Solved<'_>, usize), IntegerGridError> {
-        let mut density = (wanted / self.wished_area()).sqrt();
         let mut best: Option<Solved<'_>> = None;
         let off = |solved: &Solved<'_>| (solved.cells / wanted - 1.0).abs();
         let most = self.most_densities();

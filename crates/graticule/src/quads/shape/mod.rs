@@ -4,7 +4,7 @@
 //! Each vertex in turn goes to the minimum of the inverse mean ratio of the corners around it
 //! (P. Knupp, *Algebraic Mesh Quality Metrics*, 2001), measured against a rectangle with the
 //! proportions that the quad was given, so that nets that follow a field stay as they are where
-//! they are good. With the normals of the polygons held, that energy is a sum of convex functions of the
+//! they are good; proportions that do not go with right angles give way. With the normals of the polygons held, that energy is a sum of convex functions of the
 //! vertex, so that Newton steps find the minimum; inverted corners are smoothed over as in
 //! [Escobar et al. 2003]. Then the worst corners are raised by a higher power of the energy and at
 //! last by search.

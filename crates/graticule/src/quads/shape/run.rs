@@ -9,6 +9,7 @@ use super::energy::{CornerTerm, raise, sum_of_powers};
 use super::freedom::{Freedom, freedoms};
 use super::ground::{Ground, Place};
 use super::polygon::{View, least_sine, regular_angle};
+use super::proportions::wanted;
 use super::{Net, ShapeError, ShapeOptions, ShapeQuality, ShapeReport, Shaped};
 use crate::geometry::slide_towards;
 use crate::measure::scaled_jacobian;
@@ -27,6 +28,11 @@ const HIGH_POWER: u32 = 6;
 const RAISING_ROUNDS: usize = 6;
 const RAISING_SWEEPS: usize = 6;
 const SEARCHING_SWEEPS: usize = 3;
+
+/// Times that quads are shaped again towards the proportions that they have come to: angles count,
+/// and where they went against the proportions that the net began with, these give way. Each takes
+/// away about half of what is left to gain.
+const RELAXATIONS: usize = 2;
 
 /// Directions and step lengths (over the mean edge length) of a search.
 const SEARCH_DIRECTIONS: u32 = 12;
@@ -109,7 +115,7 @@ impl<'a> Run<'a> {
                 *freedom = Freedom::Fixed;
             }
         }
-        let ratios = super::proportions::wanted(&mesh, &starts, options.keep_proportions);
+        let ratios = wanted(&mesh, &starts, options.keep_proportions);
         let scales = mean_edge_lengths(&mesh, &starts);
         let mean_scale = scales.iter().sum::<f64>() / scales.len().max(1) as f64;
         // Vertices crammed together need more than their own edges to come apart.
@@ -166,7 +172,12 @@ impl<'a> Run<'a> {
 
     pub(super) fn shape(mut self, watch: &Watch) -> Result<Shaped, ShapeError> {
         let before = self.quality();
-        let sweeps = self.settle(RAISING_ROUNDS, watch)?;
+        let mut sweeps = self.settle(RAISING_ROUNDS, watch)?;
+        for _ in 0..RELAXATIONS {
+            let reached: Vec<DVec3> = self.places.iter().map(|place| place.position).collect();
+            self.ratios = wanted(&self.mesh, &reached, self.options.keep_proportions);
+            sweeps += self.settle(RAISING_ROUNDS, watch)?;
+        }
         Ok(self.finish(before, sweeps))
     }
 

@@ -392,3 +392,17 @@ fn vertices_slide_along_a_line_and_stop_before_its_corner() {
     let inside = tree.closest(DVec3::new(0.4, 0.45, 0.0)).unwrap();
     assert_eq!(lines.halfedge_at(&square, inside), None);
 }
+
+#[test]
+fn proportions_that_do_not_go_with_right_angles_give_way() {
+    // A square whose net is warped: its quads have the proportions of a net that is not orthogonal.
+    let warp = |p: DVec3| {
+        let [x, y] = [p.x, p.y].map(|t| libm::sin(std::f64::consts::TAU * t));
+        p + DVec3::new(0.1, -0.1, 0.0) * x * y
+    };
+    let mesh = quad_grid(DVec2::ONE, 16, 16).map(warp);
+    let net = OnSurface::new(surface(grid(1.0, 1.0, 32, 32)), &mesh);
+    let report = net.shaped(&ShapeOptions::default()).report;
+    assert!(report.before.mean < 0.9, "{report:?}");
+    assert!(report.after.mean > 0.99, "{report:?}");
+}
