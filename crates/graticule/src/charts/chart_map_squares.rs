@@ -485,8 +485,12 @@ impl Sector<'_> {
         let ahead = in_part(self.chart.shares(corner, after));
         let back = in_part(self.chart.shares(before, corner));
         let open = [&ahead, &inward, &outward, &back].map(|side| side[..side.len() - 1].to_vec());
-        let polygon = sides_along(&corner_places(4), &open);
         let OutlinedChart { chart, steps, .. } = *self.chart;
+        let polygon = sides_along(&corner_places(4), &open);
+        // Spokes between triangles without area may part the chart elsewhere than at its sides.
+        if polygon.iter().flatten().any(|&(vertex, _)| vertex == NONE) {
+            return Err(ChartMapError::Spokes { chart });
+        }
         let (places, method) = square_map(&mut disk, &polygon, chart, steps, watch)?;
         let border = |from, to| -> Vec<SidePiece> {
             let mut pieces = self.chart.pieces(from, to);

@@ -180,7 +180,9 @@ impl Hint for ChartMapError {
         match self {
             Self::OtherInput => Some("give the surface that the layout was made from".into()),
             Self::Border { .. } | Self::Polygon { .. } | Self::Mesh(_) => None,
-            Self::Spokes { .. } => Some("make charts smaller".into()),
+            Self::Spokes { .. } => {
+                Some("make charts smaller, or lay them out along a periodic map".into())
+            }
             Self::Chart { reason, .. } => reason.hint(),
             Self::Stopped(stopped) => stopped.hint(),
         }
