@@ -33,6 +33,9 @@ pub(crate) struct Options {
     /// Threads of the command
     #[arg(long, default_value_t = 1)]
     threads: u32,
+    /// Number vertices and triangles at random, not ring after ring, which suits minimum degree best
+    #[arg(long)]
+    shuffled: bool,
 }
 
 /// The measurements of one size.
@@ -69,7 +72,10 @@ pub(crate) fn run(root: &Path, options: &Options) -> Result<String, Trouble> {
     let mut measurements = Vec::new();
     for &size in &options.sizes {
         let rings = rings(size);
-        let patch = graticule_fixtures::bumpy_patch(rings, 1);
+        let mut patch = graticule_fixtures::bumpy_patch(rings, 1);
+        if options.shuffled {
+            patch = patch.renumbered(1).0;
+        }
         fs::write(folder.path().join("patch.obj"), patch.to_obj())
             .map_err(|error| Trouble::reading(folder.path(), &error))?;
         let mut measurement = run_once(root, &program, folder.path(), rings, options)?;
@@ -90,7 +96,7 @@ fn run_once(
     rings: u32,
     options: &Options,
 ) -> Result<Measurement, Trouble> {
-    let unit = unit_of_time(root, rings)?;
+    let unit = unit_of_time(root, rings, options.shuffled)?;
     let (total, report) = time_command(program, folder, options)?;
     let peak = report["peak_memory_bytes"].as_u64();
     Ok(Measurement {
@@ -151,9 +157,12 @@ fn outermost_stages(report: &Value) -> Vec<(String, f64)> {
 }
 
 /// Seconds of one L for the bumpy patch of so many rings.
-fn unit_of_time(root: &Path, rings: u32) -> Result<f64, Trouble> {
+fn unit_of_time(root: &Path, rings: u32, shuffled: bool) -> Result<f64, Trouble> {
     let program = crate::target_folder(root).join("release/examples/unit_of_time");
-    let output = Command::new(&program).arg(rings.to_string()).output();
+    let mut command = Command::new(&program);
+    command.arg(rings.to_string());
+    command.args(shuffled.then_some("shuffled"));
+    let output = command.output();
     let output = output.map_err(|error| Trouble::reading(&program, &error))?;
     let text = String::from_utf8_lossy(&output.stdout);
     let seconds = text.trim().parse();
