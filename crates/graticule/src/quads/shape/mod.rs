@@ -63,7 +63,7 @@ pub struct ShapeOptions {
 impl Default for ShapeOptions {
     fn default() -> Self {
         Self {
-            sweeps: 12,
+            sweeps: 10,
             keep_proportions: 1.0,
             reach: 1.5,
         }

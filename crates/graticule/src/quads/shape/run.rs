@@ -29,6 +29,11 @@ const RAISING_ROUNDS: usize = 6;
 const RAISING_SWEEPS: usize = 6;
 const SEARCHING_SWEEPS: usize = 3;
 
+/// The share of a Newton step of the plain energy that is tried first. One vertex after the other,
+/// whole steps take long to spread over a mesh; longer ones come further in eight sweeps than whole
+/// ones in twelve (D. Young, *Iterative methods for solving partial difference equations of elliptic type*, 1954).
+const OVER_RELAXATION: f64 = 1.7;
+
 /// Times that quads are shaped again towards the proportions that they have come to: angles count,
 /// and where they went against the proportions that the net began with, these give way. Each takes
 /// away about half of what is left to gain.
@@ -282,7 +287,8 @@ impl<'a> Run<'a> {
         }
         let before = OnceCell::new();
         let before = || *before.get_or_init(|| self.judge(vertex, here, power, blur));
-        [1.0, 0.4, 0.1].into_iter().find_map(|share| {
+        let first = if power == 1 { OVER_RELAXATION } else { 1.0 };
+        [first, 0.4, 0.1].into_iter().find_map(|share| {
             let target = x + directions[0] * (share * step.x) + directions[1] * (share * step.y);
             let place = self.reached(vertex, target)?;
             let after = self.judge(vertex, place, power, blur);
