@@ -177,12 +177,13 @@ impl<'a> Run<'a> {
 
     pub(super) fn shape(mut self, watch: &Watch) -> Result<Shaped, ShapeError> {
         let before = self.quality();
-        let mut sweeps = self.settle(RAISING_ROUNDS, watch)?;
+        let mut sweeps = 0;
         for _ in 0..RELAXATIONS {
+            sweeps += self.settle(1, watch)?;
             let reached: Vec<DVec3> = self.places.iter().map(|place| place.position).collect();
             self.ratios = wanted(&self.mesh, &reached, self.options.keep_proportions);
-            sweeps += self.settle(RAISING_ROUNDS, watch)?;
         }
+        sweeps += self.settle(RAISING_ROUNDS, watch)?;
         Ok(self.finish(before, sweeps))
     }
 
