@@ -151,7 +151,7 @@ fn around_obstacles(
     let mut best = Detour::of(objective, places, direct);
     let mut first = best.first;
     let mut step = best.direction.step.clone();
-    let mut obstacles: Vec<(Obstacle, f64)> = Vec::new();
+    let mut obstacles: Vec<Avoided> = Vec::new();
     for _ in 0..MOST_DETOURS {
         if first >= SOON {
             break;
@@ -161,10 +161,13 @@ fn around_obstacles(
         // Where it is as good as there, the direction away from it is not known.
         let is_apart = |obstacle: &Obstacle| gap(obstacle.vertices, places).0 > 0.0;
         for obstacle in met.into_iter().filter(is_apart) {
-            let same = |(known, _): &&mut (Obstacle, f64)| known.vertices == obstacle.vertices;
-            match obstacles.iter_mut().find(same) {
-                Some((_, stiffness)) => *stiffness *= STIFFENING,
-                None => obstacles.push((obstacle, OBSTACLE_STIFFNESS)),
+            let is_same = |known: &&mut Avoided| known.obstacle.vertices == obstacle.vertices;
+            match obstacles.iter_mut().find(is_same) {
+                Some(known) => known.met_again += 1,
+                None => obstacles.push(Avoided {
+                    obstacle,
+                    met_again: 0,
+                }),
             }
         }
         let mut detour = around(objective, places, &obstacles, kept, -CLOSED, system)?;
@@ -182,6 +185,13 @@ fn around_obstacles(
         }
     }
     Ok(best.direction)
+}
+
+/// What a direction is led around.
+struct Avoided {
+    obstacle: Obstacle,
+    /// Times that it was met although the distance to it was seen to.
+    met_again: i32,
 }
 
 /// A direction, and when it meets the first obstacle.
@@ -206,17 +216,19 @@ impl Detour {
 }
 
 /// The Newton direction in which the distances to obstacles grow by about a share of themselves.
+/// What is met all the same slides along the obstacle farther than the distance is wide, so that its
+/// first derivative tells little: such a vertex is asked to keep its place along the edge, too.
 fn around(
     objective: &impl Objective,
     places: &[DVec2],
-    obstacles: &[(Obstacle, f64)],
+    obstacles: &[Avoided],
     kept: f64,
     growth: f64,
     system: &mut NewtonSystem,
 ) -> Result<Direction, SolveError> {
     let pairs: Vec<_> = obstacles
         .iter()
-        .flat_map(|(obstacle, _)| obstacle.pairs())
+        .flat_map(|avoided| avoided.obstacle.pairs())
         .collect();
     if !system.couples(&pairs) {
         let all = [system.coupled(), &pairs].concat();
@@ -224,15 +236,18 @@ fn around(
     }
     system.clear();
     objective.expand_into(places, kept, system);
-    let aims: Vec<_> = obstacles
-        .iter()
-        .map(|(obstacle, stiffness)| {
-            let own: f64 = obstacle.vertices.iter().map(|&v| system.stiffness(v)).sum();
-            (gap(obstacle.vertices, places), stiffness * own)
-        })
-        .collect();
-    for ((distance, mode), stiffness) in &aims {
-        system.add_aim(mode, growth * distance, *stiffness);
+    let stiffness = |avoided: &Avoided| -> f64 {
+        let vertices = avoided.obstacle.vertices.iter();
+        let own: f64 = vertices.map(|&v| system.stiffness(v)).sum();
+        OBSTACLE_STIFFNESS * STIFFENING.powi(avoided.met_again) * own
+    };
+    let stiffnesses: Vec<f64> = obstacles.iter().map(stiffness).collect();
+    for (avoided, stiffness) in obstacles.iter().zip(stiffnesses) {
+        let (distance, mode) = gap(avoided.obstacle.vertices, places);
+        system.add_aim(&mode, growth * distance, stiffness);
+        if avoided.met_again > 0 {
+            system.add_aim(&mode.across(), 0.0, stiffness);
+        }
     }
     system.direction()
 }

@@ -37,6 +37,16 @@ pub(super) struct Mode {
     pub(super) moves: [DVec2; 3],
 }
 
+impl Mode {
+    /// The same moves turned by a quarter.
+    pub(super) fn across(&self) -> Self {
+        Self {
+            vertices: self.vertices,
+            moves: self.moves.map(DVec2::perp),
+        }
+    }
+}
+
 /// A direction in which to move all vertices.
 pub(super) struct Direction {
     pub(super) step: Vec<DVec2>,
