@@ -73,6 +73,11 @@ const RELEASES: usize = 3;
 /// Times that each vertex of a trial is moved at most before that.
 const SWEEPS: usize = 4;
 
+/// Trials in all, and one more for so many polygons: half as many again as the worst model takes on
+/// which they help. Where all polygons are poor, as on a few needles, each takes long and none helps.
+const MOST_TRIALS: usize = 300;
+const POLYGONS_PER_TRIAL: usize = 10;
+
 /// What a polygon that is turned over counts beside what it lacks.
 const INVERTED: f64 = 1.0;
 
@@ -109,7 +114,7 @@ impl MendReport {
 /// `features` are the edges of the surface along which the feature edges of the mesh run. The mesh
 /// keeps its topology and its boundary, and its feature edges but those that leave no room for good
 /// quads, which is a warning. Cost: linear where all is well, some
-/// milliseconds for each polygon with a scaled Jacobian below [`MENDED_QUAD`].
+/// milliseconds for each polygon with a scaled Jacobian below [`MENDED_QUAD`], up to a bound.
 ///
 /// # Errors
 /// [`Stopped`].
@@ -125,6 +130,7 @@ pub fn mend(
     let _stage = watch.stage("mend quads");
     let ground = Ground::of(surface, features);
     let mut mender = Mender {
+        trials_left: MOST_TRIALS + mesh.polygons.len() / POLYGONS_PER_TRIAL,
         quilt: Quilt::of(mesh, &ground),
         ground,
         watch,
@@ -162,6 +168,7 @@ fn is_fine(mesh: &PolygonMesh) -> bool {
 }
 
 struct Mender<'a> {
+    trials_left: usize,
     quilt: Quilt,
     ground: Ground,
     watch: &'a Watch,
@@ -186,6 +193,9 @@ impl Mender<'_> {
             let before = patches;
             for polygon in self.poor(effort.below) {
                 self.watch.check()?;
+                if self.trials_left == 0 {
+                    return Ok(patches);
+                }
                 if failed.contains(&polygon) {
                     continue;
                 }
@@ -249,7 +259,8 @@ impl Mender<'_> {
             .collect();
         ideas.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut best: Option<(f64, &Patch, Trial)> = None;
-        for (_, patch, candidate) in ideas.into_iter().take(effort.trials) {
+        for (_, patch, candidate) in ideas.into_iter().take(effort.trials.min(self.trials_left)) {
+            self.trials_left -= 1;
             let around = patch.surroundings(&self.quilt, RINGS);
             let before: f64 = (patch.polygons.iter().chain(&around))
                 .map(|&polygon| lack(self.quality(polygon)))

@@ -231,11 +231,14 @@ impl<'a> Run<'a> {
                 .copied()
                 .filter(|&vertex| active[vertex as usize])
                 .collect();
-            let moves: Vec<Option<Place>> = movable
-                .par_iter()
-                .with_min_len(BATCH)
-                .map(|&vertex| self.better_place(vertex as usize, aim, floor))
-                .collect();
+            let better = |&vertex: &u32| self.better_place(vertex as usize, aim, floor);
+            // A call into the pool costs more than the moves of a few vertices.
+            let moves: Vec<Option<Place>> = if movable.len() < 2 * BATCH {
+                movable.iter().map(better).collect()
+            } else {
+                let several = movable.par_iter().with_min_len(BATCH);
+                several.map(better).collect()
+            };
             for (vertex, better) in movable.into_iter().zip(moves) {
                 if let Some(place) = better {
                     self.put(vertex as usize, place, &mut stirred);
