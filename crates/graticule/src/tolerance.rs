@@ -284,7 +284,7 @@ pub const CRUMPLED_SHARE: f64 = 0.03;
 
 /// The same share, no feature being left, from on which it is the field itself that has more
 /// singularities than the net has room for.
-pub const HOPELESS_SHARE: f64 = 0.1;
+pub const HOPELESS_SHARE: f64 = 0.05;
 
 /// Scaled Jacobian below which the worst corner of a quad counts more than the mean.
 pub const FAIR_QUAD: f64 = 0.6;
@@ -528,6 +528,10 @@ pub const SHARPEST_BEND_IN_QUADS: f64 = 1.0;
 /// Twice the distance, in sides of quads, over which these change size where the surface bends: each
 /// change takes irregular vertices or shear, and two quads leave room for either.
 pub const FADING_IN_QUADS: f64 = 4.0;
+
+/// What the confidence in a direction of curvature is multiplied by for quads that are stretched along
+/// it: on a tube, where nothing is clearer, it is a little above a half.
+pub const SURE_DIRECTION: f64 = 2.0;
 
 /// Times the least energy above which a map without overlaps is taken to be jammed. Maps of real
 /// models along seams of any length stay below 1.2; jammed ones reach tens and thousands.

@@ -379,7 +379,7 @@ fn hourglass() -> Surface {
         (1.0, 0.8),
         (2.0, 1.0),
     ];
-    let mut fixture = graticule_fixtures::Fixture {
+    let mut fixture = Fixture {
         positions: vec![DVec3::new(0.0, 0.0, -2.2), DVec3::new(0.0, 0.0, 2.2)],
         triangles: Vec::new(),
     };
@@ -424,7 +424,7 @@ fn a_neck_of_no_width_leaves_the_equations_regular() {
 
 #[test]
 fn cells_of_a_cylinder_are_stretched_along_it() {
-    let flat = graticule_fixtures::grid(1.0, 1.0, 40, 40);
+    let flat = grid(1.0, 1.0, 40, 40);
     let tube = flat.map(|p| {
         let (sin, cos) = libm::sincos(std::f64::consts::TAU * p.x);
         DVec3::new(cos, sin, std::f64::consts::TAU * p.y)
@@ -462,7 +462,7 @@ fn cells_of_a_cylinder_are_stretched_along_it() {
 
 #[test]
 fn a_stretch_that_is_none_is_refused() {
-    let surface = surface(graticule_fixtures::icosphere(1));
+    let surface = surface(icosphere(1));
     let count = surface.mesh().vertex_count();
     let field = cross_field(&surface, &FieldOptions::default(), &Watch::new()).unwrap();
     for (given, direction, ratio) in [(count, 0.0, 0.5), (count, f64::NAN, 2.0), (3, 0.0, 2.0)] {
