@@ -35,6 +35,23 @@ impl MeshPaths {
     pub(crate) fn output(&self) -> Result<MeshOutput, Failure> {
         MeshOutput::new(&self.output, self.format)
     }
+
+    /// The same for one of several results: its name stands before the ending of the file's.
+    pub(crate) fn output_named(&self, name: &str) -> Result<MeshOutput, Failure> {
+        if self.output.as_os_str() == STDOUT {
+            return Err(Failure::usage(
+                "several meshes cannot go to standard output",
+                "name a file: -o OUT.obj becomes OUT-500.obj and so on",
+            ));
+        }
+        let mut file = self.output.file_stem().unwrap_or_default().to_os_string();
+        file.push(format!("-{name}"));
+        if let Some(ending) = self.output.extension() {
+            file.push(".");
+            file.push(ending);
+        }
+        MeshOutput::new(&self.output.with_file_name(file), self.format)
+    }
 }
 
 #[allow(

@@ -19,7 +19,7 @@ pub(crate) struct Plan {
     /// Further files, under names of the command's own.
     files: Vec<PathBuf>,
     picture: Option<(PathBuf, PictureFormat)>,
-    mesh: Option<MeshOutput>,
+    meshes: Vec<MeshOutput>,
     json: bool,
 }
 
@@ -45,6 +45,14 @@ impl Plan {
         common: &CommonOptions,
         mesh: Option<MeshOutput>,
     ) -> Result<Self, Failure> {
+        Self::with_meshes(common, mesh.into_iter().collect())
+    }
+
+    /// Checks the common options and the mesh files of a command.
+    pub(crate) fn with_meshes(
+        common: &CommonOptions,
+        meshes: Vec<MeshOutput>,
+    ) -> Result<Self, Failure> {
         let picture = match &common.picture {
             Some(path) => Some((path.clone(), PictureFormat::of(path)?)),
             None => None,
@@ -53,7 +61,7 @@ impl Plan {
             reports: common.report.iter().cloned().collect(),
             files: Vec::new(),
             picture,
-            mesh,
+            meshes,
             json: common.json,
         };
         plan.check_files()?;
@@ -61,17 +69,17 @@ impl Plan {
     }
 
     fn check_files(&self) -> Result<(), Failure> {
-        if self.json && self.mesh.as_ref().is_some_and(MeshOutput::is_stdout) {
+        if self.json && self.meshes.iter().any(MeshOutput::is_stdout) {
             return Err(Failure::usage(
                 "both the mesh and the report are to go to standard output",
                 "name a file for one of them: --report FILE.json or -o FILE",
             ));
         }
-        let mesh = self.mesh.as_ref().and_then(MeshOutput::path);
+        let meshes = self.meshes.iter().filter_map(MeshOutput::path);
         let picture = self.picture.as_ref().map(|(path, _)| path.as_path());
         let reports = self.reports.iter().map(PathBuf::as_path);
         let others = self.files.iter().map(PathBuf::as_path);
-        let named = mesh.into_iter().chain(picture).chain(reports);
+        let named = meshes.chain(picture).chain(reports);
         let files: Vec<&Path> = named.chain(others).collect();
         check_distinct(&files)?;
         files.into_iter().try_for_each(check_writable)
@@ -97,7 +105,7 @@ impl Plan {
 
     /// The format of the mesh that will be written, if any.
     pub(crate) fn mesh_format(&self) -> Option<Format> {
-        self.mesh.as_ref().map(MeshOutput::format)
+        self.meshes.first().map(MeshOutput::format)
     }
 
     /// Writes mesh, picture and report, then standard output.
@@ -118,11 +126,12 @@ impl Plan {
 
     /// Writes the mesh, the picture and what else there is beside the report.
     fn write_files(&self, session: &Session, outcome: &Outcome) -> Result<(), Failure> {
-        if self.mesh.is_none() && self.picture.is_none() && outcome.files.is_empty() {
+        if self.meshes.is_empty() && self.picture.is_none() && outcome.files.is_empty() {
             return Ok(());
         }
         let _stage = session.watch.stage("write");
-        if let (Some(output), Some(soup)) = (&self.mesh, &outcome.mesh) {
+        let soups = outcome.mesh.iter().chain(&outcome.further_meshes);
+        for (output, soup) in self.meshes.iter().zip(soups) {
             output.write(soup, outcome.ascii, session)?;
         }
         for (path, bytes) in &outcome.files {
@@ -141,6 +150,8 @@ pub(crate) struct Outcome {
     pub(crate) report: Report,
     /// The mesh to write.
     pub(crate) mesh: Option<PolygonSoup>,
+    /// Meshes to write beside it, in the order of their files.
+    pub(crate) further_meshes: Vec<PolygonSoup>,
     /// Whether it is written as text, where the format has a binary form too.
     pub(crate) ascii: bool,
     /// The picture to write, encoded.
@@ -159,6 +170,7 @@ impl Outcome {
         Self {
             report,
             mesh: None,
+            further_meshes: Vec::new(),
             ascii: false,
             picture: None,
             files: Vec::new(),

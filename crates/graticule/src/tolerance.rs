@@ -282,6 +282,10 @@ pub const SNAP_TO_LINE: f64 = 0.4;
 /// Maps that can be untangled have up to 0.02; where features have no room it is 0.08 and more.
 pub const CRUMPLED_SHARE: f64 = 0.03;
 
+/// The same share, no feature being left, from on which it is the field itself that has more
+/// singularities than the net has room for.
+pub const HOPELESS_SHARE: f64 = 0.05;
+
 /// Scaled Jacobian below which the worst corner of a quad counts more than the mean.
 pub const FAIR_QUAD: f64 = 0.6;
 
@@ -467,6 +471,14 @@ pub const FEWEST_PARTS: f64 = 12.0;
 /// the digits of their neighbours.
 pub const NEEDLE_COTANGENT: f64 = 1e4;
 
+/// Weight in the energy of a net that the sides of thinner triangles have beside that of their
+/// cotangents.
+///
+/// A ring of such triangles round a neck of no width couples what is on either side of it by less than
+/// the rounding of [`NEEDLE_COTANGENT`], 1e-12, and the matrix is singular; this is far above that, and
+/// far below what a needle of a hundredth of a degree has across, 1e-4.
+pub const LEAST_NEEDLE_WEIGHT: f64 = 1e-8;
+
 /// Distance over the size of a polygon below which two points of it are one: rounding of positions
 /// of single precision is a hundred times smaller.
 pub const SAME_POINT: f64 = 1e-5;
@@ -504,6 +516,22 @@ pub const CLEAR_FEATURE: f64 = 0.75;
 /// Field and map are linear in a triangle: quads much smaller than it could only be sheared copies of
 /// each other, and corners of a cube of twelve triangles would have no room for a singularity.
 pub const LONGEST_EDGE_IN_QUADS: f64 = 1.0;
+
+/// Shortest side over the mean one for whose sake triangles are cut: below it the triangles of the
+/// other quads would be more than all others.
+pub const SHORTEST_SIDE_REFINED: f64 = 0.25;
+
+/// The angle in radians that counts of what a surface bends by over the side of a quad: quads know
+/// nothing of sharper bends.
+pub const SHARPEST_BEND_IN_QUADS: f64 = 1.0;
+
+/// Twice the distance, in sides of quads, over which these change size where the surface bends: each
+/// change takes irregular vertices or shear, and two quads leave room for either.
+pub const FADING_IN_QUADS: f64 = 4.0;
+
+/// What the confidence in a direction of curvature is multiplied by for quads that are stretched along
+/// it: on a tube, where nothing is clearer, it is a little above a half.
+pub const SURE_DIRECTION: f64 = 2.0;
 
 /// Times the least energy above which a map without overlaps is taken to be jammed. Maps of real
 /// models along seams of any length stay below 1.2; jammed ones reach tens and thousands.

@@ -58,9 +58,10 @@ use crate::field::phase_graph;
 pub use energy::{EnergyKind, Phases, edge_energy, energy_weights, total_energy, turned_phases};
 pub use error::GridMapError;
 pub use grid_map::{GRID_EXTENT, GRID_STEPS, GridMap};
+pub(crate) use integer::check_sizes;
 pub use integer::{
     GridDensity, IntegerGrid, IntegerGridError, IntegerGridMap, IntegerGridOptions,
-    IntegerGridReport, NetPlan, integer_grid_map, poisson_net,
+    IntegerGridReport, NetPlan, Stretch, integer_grid_map, poisson_net,
 };
 pub use minimize::{
     CoarseToFineOptions, DiffusionOptions, MinimizationReport, Minimizer, NewtonOptions,

@@ -19,6 +19,8 @@ pub(super) struct Debris {
     components: Vec<Vec<FaceId>>,
     rest: Submesh,
     options: RemeshOptions,
+    /// What the debris takes of the quads.
+    quads: usize,
 }
 
 impl Debris {
@@ -49,11 +51,14 @@ impl Debris {
         let mut kept = kept.concat();
         kept.sort_unstable();
         let rest = submesh_of(surface, kept).ok()?;
-        let options = options_for(&rest, surface, options, debris.iter().map(Vec::len).sum());
+        let quads = 3 * debris.iter().map(Vec::len).sum::<usize>();
+        let mut options = options_for(&rest, surface, options);
+        options.density = left(options.density, quads);
         Some(Self {
             components: debris,
             rest,
             options,
+            quads,
         })
     }
 
@@ -62,10 +67,15 @@ impl Debris {
         (&self.rest.surface, &self.options)
     }
 
+    /// The density of the rest, for one of the whole.
+    pub(super) fn density(&self, whole: GridDensity) -> GridDensity {
+        left(whole, self.quads)
+    }
+
     /// Makes the mesh of the rest one of the whole surface. Returns the number of components that
     /// were added.
     pub(super) fn put_back(
-        self,
+        &self,
         mesh: &mut PolygonMesh,
         surface: &Surface,
         is_feature: &PerEdge<bool>,
@@ -87,14 +97,17 @@ fn area(surface: &Surface, face: FaceId) -> f64 {
     0.5 * (b - a).cross(c - a).length()
 }
 
-/// The options with the features that are left, and the quads that the debris does not take: a
-/// quarter of them at most, so that the rest keeps its shape.
-fn options_for(
-    rest: &Submesh,
-    surface: &Surface,
-    options: &RemeshOptions,
-    triangles: usize,
-) -> RemeshOptions {
+/// A density without the quads that the debris takes: a quarter of them at most, so that the rest
+/// keeps its shape.
+fn left(density: GridDensity, taken: usize) -> GridDensity {
+    match density {
+        GridDensity::Quads(quads) => GridDensity::Quads(quads - taken.min(quads / 4)),
+        length @ GridDensity::EdgeLength(_) => length,
+    }
+}
+
+/// The options with the features and sizes that are left.
+fn options_for(rest: &Submesh, surface: &Surface, options: &RemeshOptions) -> RemeshOptions {
     let (mesh, whole) = (rest.surface.mesh(), surface.mesh());
     let mut is_feature = PerEdge::filled(whole.edge_count(), false);
     for &edge in &options.field.features.edges {
@@ -106,9 +119,7 @@ fn options_for(
         .edges()
         .filter(|&edge: &EdgeId| is_feature[source(mesh.edge_halfedge(edge))])
         .collect();
-    if let GridDensity::Quads(quads) = &mut options.density {
-        *quads -= (3 * triangles).min(*quads / 4);
-    }
+    options.sizing = options.sizing.on_part(&rest.vertex_sources);
     options
 }
 

@@ -5,6 +5,7 @@ use super::remesh::side_length;
 use crate::field::CurvatureOptions;
 use crate::geometry::{EdgeLengths, face_shapes, total_area};
 use crate::mesh::{Refinement, Surface, refine, refined_count};
+use crate::periodic::GridDensity;
 use crate::tolerance::{LONGEST_EDGE_IN_QUADS, TRIANGLES_PER_QUAD};
 use crate::watch::{Stopped, Watch};
 
@@ -21,9 +22,10 @@ pub(super) struct Finer {
 pub(super) fn finer_surface(
     surface: &Surface,
     options: &RemeshOptions,
+    finest: GridDensity,
     watch: &Watch,
 ) -> Result<Option<Finer>, Stopped> {
-    let side = side_length(surface, options.density);
+    let side = side_length(surface, finest) * options.sizing.shortest_side();
     let lengths = EdgeLengths::of(surface);
     let longest_now = lengths.as_slice().iter().copied().fold(0.0, f64::max);
     let mut longest = LONGEST_EDGE_IN_QUADS * side;
@@ -44,10 +46,12 @@ pub(super) fn finer_surface(
 }
 
 impl Finer {
-    /// The options for the new surface: the same features, and the same disks for the curvature.
+    /// The options for the new surface: the same features, and the same disks for the curvature, the same
+    /// sizes.
     /// Vertices and triangles have their numbers still.
-    pub(super) fn translated(&self, options: &RemeshOptions) -> RemeshOptions {
+    pub(super) fn translated(&self, options: &RemeshOptions, original: &Surface) -> RemeshOptions {
         let mut options = options.clone();
+        options.sizing = options.sizing.on_finer(original, &self.refinement.refined);
         let field = &mut options.field;
         field.curvature = field.curvature.map(|curvature| CurvatureOptions {
             radius: curvature.radius * self.ratio,

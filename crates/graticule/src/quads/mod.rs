@@ -30,6 +30,7 @@ mod remesh;
 mod roomy;
 mod shape;
 mod sides;
+mod sizing;
 mod small_components;
 mod snap;
 mod split;
@@ -45,8 +46,11 @@ pub(crate) use overlay::ArcKind as NetArcKind;
 pub use polygon_mesh::PolygonMesh;
 pub use purify::{CutReport, pure_quads, quad_dominant};
 pub(crate) use remesh::all_features;
-pub use remesh::{QuadMode, RemeshError, RemeshOptions, RemeshReport, Remeshed, remesh};
+pub use remesh::{
+    QuadMode, RemeshError, RemeshOptions, RemeshReport, Remeshed, remesh, remesh_levels,
+};
 pub use shape::{Net, ShapeError, ShapeOptions, ShapeQuality, ShapeReport, Shaped, shape};
+pub use sizing::QuadSizing;
 
 #[cfg(test)]
 pub(crate) mod tests;

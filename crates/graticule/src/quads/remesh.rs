@@ -5,20 +5,21 @@ use super::debris::Debris;
 use super::extents::check_extents;
 use super::features::clear_features;
 use super::finer::finer_surface;
-use super::roomy::roomy_grid;
+use super::roomy::{Roomy, roomy_grid};
+use super::sizing::{QuadSizing, finest_first};
 use super::small_components::split_small_components;
 use super::{
     CutReport, FeatureReport, MendReport, Net, PolygonMesh, QuadsError, ShapeError, ShapeOptions,
     ShapeReport, extract_polygons, mend, pure_quads, quad_dominant, shape,
 };
 use crate::Hint;
-use crate::field::{
-    FieldError, FieldOptions, FieldReport, FieldResult, cross_field, feature_edges,
-};
+use crate::field::{FieldError, FieldOptions, FieldReport, FieldResult, feature_edges};
 use crate::geometry::{face_shapes, total_area};
 use crate::measure::scaled_jacobian;
 use crate::mesh::{EdgeId, FaceId, PerEdge, Surface};
-use crate::periodic::{GridDensity, GridMap, IntegerGridError, IntegerGridMap, IntegerGridReport};
+use crate::periodic::{
+    GridDensity, GridMap, IntegerGridError, IntegerGridMap, IntegerGridReport, PeriodicError,
+};
 use crate::tolerance::CLOSE_PAIR_IN_QUADS;
 use crate::watch::{Stopped, Watch};
 
@@ -37,6 +38,8 @@ pub enum QuadMode {
 pub struct RemeshOptions {
     /// How many quads, or how long their sides.
     pub density: GridDensity,
+    /// How their sides vary over the surface.
+    pub sizing: QuadSizing,
     /// Which polygons are allowed.
     pub mode: QuadMode,
     /// How the field that the sides follow is made; its features become edges.
@@ -49,6 +52,7 @@ impl Default for RemeshOptions {
     fn default() -> Self {
         Self {
             density: GridDensity::Quads(5000),
+            sizing: QuadSizing::default(),
             mode: QuadMode::default(),
             field: FieldOptions::default(),
             shape: Some(ShapeOptions::default()),
@@ -112,6 +116,9 @@ pub enum RemeshError {
     /// There is no map.
     #[error(transparent)]
     Map(#[from] IntegerGridError),
+    /// The surface does not tell how the sides of quads are to vary.
+    #[error(transparent)]
+    Sizing(#[from] PeriodicError),
     /// There are no polygons.
     #[error(transparent)]
     Quads(#[from] QuadsError),
@@ -144,6 +151,7 @@ impl Hint for RemeshError {
         match self {
             Self::Field(error) => error.hint(),
             Self::Map(error) => error.hint(),
+            Self::Sizing(error) => error.hint(),
             Self::Quads(error) => error.hint(),
             Self::Shape(error) => error.hint(),
             Self::Extent { .. } => Some("scale the coordinates to ordinary sizes".into()),
@@ -170,44 +178,82 @@ pub fn remesh(
     options: &RemeshOptions,
     watch: &Watch,
 ) -> Result<Remeshed, RemeshError> {
-    let _stage = watch.stage("remesh");
-    check_extents(surface)?;
-    let (options, features) = with_clear_features(surface, options, watch);
-    let is_feature = marked(surface, &options.field);
-    let mut made = match Debris::of(surface, &options) {
-        None => remesh_whole(surface, &options, watch)?,
-        Some(debris) => {
-            let (rest, options) = debris.rest();
-            let mut made = remesh_whole(rest, options, watch)?;
-            made.report.split_components = debris.put_back(&mut made.mesh, surface, &is_feature);
-            made
-        }
-    };
-    made.report.features = features;
-    made.report.split_components += split_small_components(&mut made.mesh, surface, &is_feature);
-    warn_of_split(made.report.split_components, watch);
-    made.mesh.check(surface)?;
-    warn_of_inverted(&made.mesh, watch);
-    Ok(made)
+    let levels = remesh_levels(surface, options, &[options.density], watch)?;
+    let only = levels.into_iter().next();
+    Ok(only.unwrap_or_else(|| unreachable!("there is a mesh for each density")))
 }
 
-/// [`remesh`] of a surface without debris.
+/// [`remesh`] at several densities, whose meshes are in the same order; that of `options` plays no
+/// part.
+///
+/// All follow one field, and come from one system of equations: features and singularities are those
+/// that the coarsest has room for, triangles as small as the finest needs them.
+///
+/// Cost: that of the finest one, and of each other one the part that is not field and factorisation:
+/// about half.
+///
+/// # Errors
+/// [`RemeshError`].
+pub fn remesh_levels(
+    surface: &Surface,
+    options: &RemeshOptions,
+    densities: &[GridDensity],
+    watch: &Watch,
+) -> Result<Vec<Remeshed>, RemeshError> {
+    let Some(&coarsest) = finest_first(densities, surface).last() else {
+        return Ok(Vec::new());
+    };
+    let _stage = watch.stage("remesh");
+    check_extents(surface)?;
+    options.sizing.check(surface)?;
+    let mut options = options.clone();
+    options.density = densities[coarsest];
+    let (options, features) = with_clear_features(surface, &options, watch);
+    let is_feature = marked(surface, &options.field);
+    let mut levels = match Debris::of(surface, &options) {
+        None => remesh_whole(surface, &options, densities, watch)?,
+        Some(debris) => {
+            let (rest, options) = debris.rest();
+            let densities: Vec<GridDensity> =
+                densities.iter().map(|&d| debris.density(d)).collect();
+            let mut levels = remesh_whole(rest, options, &densities, watch)?;
+            for made in &mut levels {
+                made.report.split_components =
+                    debris.put_back(&mut made.mesh, surface, &is_feature);
+            }
+            levels
+        }
+    };
+    for made in &mut levels {
+        made.report.features = features;
+        let split = split_small_components(&mut made.mesh, surface, &is_feature);
+        made.report.split_components += split;
+        warn_of_split(made.report.split_components, watch);
+        made.mesh.check(surface)?;
+        warn_of_inverted(&made.mesh, watch);
+    }
+    Ok(levels)
+}
+
+/// [`remesh_levels`] of a surface without debris.
 fn remesh_whole(
     surface: &Surface,
     options: &RemeshOptions,
+    densities: &[GridDensity],
     watch: &Watch,
-) -> Result<Remeshed, RemeshError> {
-    let Some(finer) = finer_surface(surface, options, watch)? else {
-        return remesh_fine(surface, options, watch);
+) -> Result<Vec<Remeshed>, RemeshError> {
+    let finest = densities[finest_first(densities, surface)[0]];
+    let Some(finer) = finer_surface(surface, options, finest, watch)? else {
+        return remesh_fine(surface, options, densities, watch);
     };
-    let options = finer.translated(options);
+    let options = finer.translated(options, surface);
     let refined = &finer.refinement.refined;
-    let mut made = remesh_fine(&refined.surface, &options, watch)?;
-    for origin in &mut made.mesh.origins {
+    let mut levels = remesh_fine(&refined.surface, &options, densities, watch)?;
+    for origin in levels.iter_mut().flat_map(|made| &mut made.mesh.origins) {
         let found = refined.to_original(surface.mesh(), *origin);
         *origin = found.unwrap_or_else(|| unreachable!("it was made from the surface"));
     }
-    Ok(made)
+    Ok(levels)
 }
 
 /// The features as marks.
@@ -242,33 +288,60 @@ fn with_clear_features(
     (options, report)
 }
 
-/// [`remesh`] on triangles that are small enough.
+/// [`remesh_levels`] on triangles that are small enough.
+///
+/// The finest comes first: lines that are drawn closer together for one stay so for those after it,
+/// which need it the more.
 fn remesh_fine(
     surface: &Surface,
     options: &RemeshOptions,
+    densities: &[GridDensity],
     watch: &Watch,
-) -> Result<Remeshed, RemeshError> {
-    let field = cross_field(surface, &field_options(surface, options), watch)?;
-    let wanted = all_features(surface, &options.field);
-    let (mut grid, features) = roomy_grid(surface, &field.field, (options.density, wanted), watch)?;
-    let (mut mesh, mut report) = counted(options.density, watch, |density| {
+) -> Result<Vec<Remeshed>, RemeshError> {
+    let mut ground = roomy_grid(surface, options, watch)?;
+    let mut levels = Vec::with_capacity(densities.len());
+    for place in finest_first(densities, surface) {
+        levels.push((
+            place,
+            remesh_at(surface, &mut ground, options, densities[place], watch)?,
+        ));
+    }
+    levels.sort_by_key(|&(place, _)| place);
+    let meshes = levels.into_iter().map(|(_, (mesh, report))| Remeshed {
+        mesh,
+        field: ground.field.clone(),
+        report,
+    });
+    Ok(meshes.collect())
+}
+
+/// The mesh of one density.
+fn remesh_at(
+    surface: &Surface,
+    ground: &mut Roomy,
+    options: &RemeshOptions,
+    density: GridDensity,
+    watch: &Watch,
+) -> Result<(PolygonMesh, RemeshReport), RemeshError> {
+    let Roomy {
+        grid,
+        field,
+        features,
+    } = ground;
+    let (mut mesh, mut report) = counted(density, watch, |density| {
         let made = grid.map(density, watch)?;
-        net(surface, (&field, made), &features, options.mode, watch)
+        net(surface, (field, made), features, options.mode, watch)
     })?;
     report.map.warn(watch);
     if let Some(shaping) = &options.shape {
-        report.shape = Some(reshape(&mut mesh, surface, &features, shaping, watch)?);
-        report.mend = Some(mend(&mut mesh, surface, &features, watch)?);
+        report.shape = Some(reshape(&mut mesh, surface, features, shaping, watch)?);
+        report.mend = Some(mend(&mut mesh, surface, features, watch)?);
     }
-    Ok(Remeshed {
-        mesh,
-        field,
-        report,
-    })
+    Ok((mesh, report))
 }
 
 /// The options of the field, where pairs of singularities that the quads have no room for cancel.
-fn field_options(surface: &Surface, options: &RemeshOptions) -> FieldOptions {
+pub(super) fn field_options(surface: &Surface, options: &RemeshOptions) -> FieldOptions {
     let side = side_length(surface, options.density);
     let cancel_length = options.field.cancel_length.max(CLOSE_PAIR_IN_QUADS * side);
     FieldOptions {

@@ -1,60 +1,139 @@
 //! Lets go of features that leave the net no room.
 
-use super::RemeshError;
-use crate::field::CrossField;
+use super::remesh::{all_features, field_options};
+use super::{RemeshError, RemeshOptions};
+use crate::field::{FieldResult, cross_field};
 use crate::geometry::{EdgeLengths, dihedral_angles};
 use crate::mesh::disjoint_sets::DisjointSets;
 use crate::mesh::{EdgeId, FaceId, HalfedgeId, PerVertex, Surface, VertexId};
-use crate::periodic::{GridDensity, IntegerGrid, IntegerGridOptions};
-use crate::tolerance::CRUMPLED_SHARE;
+use crate::periodic::{IntegerGrid, IntegerGridOptions};
+use crate::tolerance::{CRUMPLED_SHARE, HOPELESS_SHARE};
 use crate::watch::Watch;
 
 /// Features much closer together than lines of the net, or that wind so that whole numbers would
 /// have to be the same at different places, crumple the net far around. What is crumpled tells which
 /// features are in the way: first those that weigh least go, up to half of what runs there, then all
-/// that do, and at last every feature there is.
-const RELEASES: [Release; 3] = [Release::Lighter, Release::Crowded, Release::All];
+/// that do, then every feature there is, and at last the guidance of the field by curvature: a field
+/// that turns with every detail has more singularities than a coarse net has room for.
+const RELEASES: [Release; 4] = [
+    Release::Lighter,
+    Release::Crowded,
+    Release::All,
+    Release::Guidance,
+];
 
 /// So many flipped triangles are never too many.
 const FEW_CRUMPLED: f64 = 200.0;
 
-/// Which features are let go.
+/// The one part of so many crumpled triangles that has to go with the lighter features for it to be
+/// worth while to keep those elsewhere.
+const WORTHWHILE_PART: usize = 4;
+
+/// What is let go.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Release {
     Lighter,
     Crowded,
     All,
+    Guidance,
 }
 
-/// Prepares maps along a field and the features that leave the net room, which are given back, too.
-/// Letting others go is a warning.
+/// What maps of any density are made from.
+pub(super) struct Roomy {
+    pub(super) grid: IntegerGrid,
+    pub(super) field: FieldResult,
+    /// The features that leave the net room.
+    pub(super) features: Vec<EdgeId>,
+}
+
+/// Prepares maps along a field and the features that leave the net room. Letting others go is a
+/// warning.
 ///
-/// Cost: up to four times that of [`IntegerGrid::of`].
+/// Cost: up to five times that of [`IntegerGrid::of`].
 pub(super) fn roomy_grid(
     surface: &Surface,
-    field: &CrossField,
-    (density, mut features): (GridDensity, Vec<EdgeId>),
+    options: &RemeshOptions,
     watch: &Watch,
-) -> Result<(IntegerGrid, Vec<EdgeId>), RemeshError> {
+) -> Result<Roomy, RemeshError> {
+    let mut field = cross_field(surface, &field_options(surface, options), watch)?;
+    let mut features = all_features(surface, &options.field);
     let wanted = features.len();
-    let mut releases = RELEASES.into_iter();
+    let mut lines = IntegerGridOptions {
+        density: options.density,
+        ..IntegerGridOptions::default()
+    };
+    options
+        .sizing
+        .shape_net(surface, &field, &mut lines, watch)?;
+    let mut releases = Releases::default();
     loop {
-        let options = IntegerGridOptions {
-            density,
-            features: features.clone(),
-            ..IntegerGridOptions::default()
-        };
-        let grid = IntegerGrid::of(surface, field, &options, watch)?;
-        let crumpled = grid.crumpled(density, watch)?;
-        let most = CRUMPLED_SHARE * surface.mesh().face_count() as f64;
-        let has_room = crumpled.len() as f64 <= most.max(FEW_CRUMPLED);
-        let is_settled = has_room || features.is_empty();
-        let Some(release) = releases.next().filter(|_| !is_settled) else {
+        lines.features.clone_from(&features);
+        let grid = IntegerGrid::of(surface, &field.field, &lines, watch)?;
+        let crumpled = grid.crumpled(options.density, watch)?;
+        let Some(release) = releases.next(surface, &features, crumpled.len()) else {
             warn(wanted - features.len(), wanted, watch);
-            return Ok((grid, features));
+            return Ok(Roomy {
+                grid,
+                field,
+                features,
+            });
         };
-        features = released(surface, &features, &crumpled, release);
+        if release == Release::Guidance {
+            field = unguided(surface, options, watch)?;
+        } else {
+            features = released(surface, &features, &crumpled, release);
+        }
     }
+}
+
+/// What is let go next, and how much it helped so far.
+#[derive(Default)]
+struct Releases {
+    /// Those that were tried, or passed over.
+    tried: usize,
+    /// Crumpled triangles before the last one.
+    before: Option<usize>,
+}
+
+impl Releases {
+    /// `None` where the net has room, or nothing is left to be let go.
+    fn next(&mut self, surface: &Surface, features: &[EdgeId], crumpled: usize) -> Option<Release> {
+        let share = crumpled as f64 / surface.mesh().face_count() as f64;
+        if crumpled as f64 <= FEW_CRUMPLED || share <= CRUMPLED_SHARE {
+            return None;
+        }
+        let before = self.before.replace(crumpled);
+        let is_worthwhile =
+            before.is_none_or(|before| crumpled <= before - before / WORTHWHILE_PART);
+        loop {
+            let release = *RELEASES.get(self.tried)?;
+            self.tried += 1;
+            let is_useful = match release {
+                Release::Lighter | Release::All => !features.is_empty(),
+                Release::Crowded => !features.is_empty() && is_worthwhile,
+                Release::Guidance => features.is_empty() && share > HOPELESS_SHARE,
+            };
+            if is_useful {
+                return Some(release);
+            }
+        }
+    }
+}
+
+/// The smoothest field along the boundary, with pairs of singularities cancelled from farther away.
+fn unguided(
+    surface: &Surface,
+    options: &RemeshOptions,
+    watch: &Watch,
+) -> Result<FieldResult, RemeshError> {
+    watch.warn(
+        "crowded-field",
+        "the field follows neither curvature nor features: the net has no room",
+    );
+    let mut wanted = field_options(surface, options);
+    wanted.curvature = None;
+    wanted.features.edges.clear();
+    Ok(cross_field(surface, &wanted, watch)?)
 }
 
 fn warn(released: usize, wanted: usize, watch: &Watch) {
@@ -88,7 +167,7 @@ fn released(
     let mut gone = 0.0;
     chains.retain(|chain| {
         let goes = match release {
-            Release::All => true,
+            Release::All | Release::Guidance => true,
             Release::Crowded => chain.crowded > 0.0,
             Release::Lighter => chain.crowded > 0.0 && gone < all / 2.0,
         };
@@ -152,7 +231,8 @@ mod tests {
     use graticule_fixtures::{Fixture, cube, grid};
 
     use super::*;
-    use crate::field::{FieldOptions, cross_field, feature_edges};
+    use crate::field::feature_edges;
+    use crate::periodic::GridDensity;
 
     fn surface_of(fixture: &Fixture) -> Surface {
         Surface::from_triangles(fixture.positions.clone(), &fixture.triangles).unwrap()
@@ -179,10 +259,13 @@ mod tests {
         let surface = surface_of(&cube().subdivided().subdivided().subdivided());
         let features = feature_edges(&surface, FRAC_PI_3, 1);
         let watch = Watch::new();
-        let field = cross_field(&surface, &FieldOptions::default(), &watch).unwrap();
-        let wanted = (GridDensity::Quads(600), features.clone());
-        let (_, kept) = roomy_grid(&surface, &field.field, wanted, &watch).unwrap();
-        assert_eq!(kept, features);
+        let mut options = RemeshOptions {
+            density: GridDensity::Quads(600),
+            ..RemeshOptions::default()
+        };
+        options.field.features.edges.clone_from(&features);
+        let roomy = roomy_grid(&surface, &options, &watch).unwrap();
+        assert_eq!(roomy.features, features);
         assert!(watch.warnings().is_empty());
     }
 

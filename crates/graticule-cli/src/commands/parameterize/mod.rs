@@ -3,7 +3,7 @@
 mod options;
 mod output;
 mod picture;
-mod sizing;
+pub(crate) mod sizing;
 mod table;
 
 use graticule::field::{FieldResult, cross_field, feature_edges};

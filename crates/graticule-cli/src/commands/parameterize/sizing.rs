@@ -1,4 +1,4 @@
-//! Sizes of charts that vary over the surface: by curvature, by a file, by the colours of the mesh.
+//! Sizes of charts, and of quads, that vary over the surface: by curvature, by a file, by the colours of the mesh.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -14,7 +14,7 @@ use crate::failure::Failure;
 /// Where sizes of vertices come from.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub(super) enum SizeSource {
+pub(crate) enum SizeSource {
     /// The brightness of the vertices' colours.
     Colors,
     /// A text file.
@@ -26,7 +26,7 @@ pub(super) enum SizeSource {
     clippy::unnecessary_wraps,
     reason = "the signature is the argument parser's"
 )]
-pub(super) fn parse_source(text: &str) -> Result<SizeSource, std::convert::Infallible> {
+pub(crate) fn parse_source(text: &str) -> Result<SizeSource, std::convert::Infallible> {
     Ok(if text == "colors" {
         SizeSource::Colors
     } else {
@@ -68,10 +68,8 @@ impl Sizing<'_> {
             };
             factors.push(curvature_density(surface, curvatures, &sizing, watch)?);
         }
-        let sizes = self.source.map(|source| source.sizes(soup)).transpose()?;
-        if let Some(sizes) = sizes {
-            let own = |vertex: VertexId| sizes[repaired.vertex_sources[vertex] as usize].recip();
-            factors.push(PerVertex::from_fn(surface.mesh().vertex_count(), own));
+        if let Some(source) = self.source {
+            factors.push(source.on_surface(soup, repaired)?.map(|size| size.recip()));
         }
         Ok(factors.into_iter().reduce(|product, factor| {
             PerVertex::from_fn(product.len(), |vertex| product[vertex] * factor[vertex])
@@ -80,7 +78,21 @@ impl Sizing<'_> {
 }
 
 impl SizeSource {
-    /// The size of charts at each vertex of the mesh file, over that asked for.
+    /// The size at each vertex of the repaired surface, over that asked for.
+    pub(crate) fn on_surface(
+        &self,
+        soup: &PolygonSoup,
+        repaired: &Repaired,
+    ) -> Result<PerVertex<f64>, Failure> {
+        let sizes = self.sizes(soup)?;
+        let own = |vertex: VertexId| sizes[repaired.vertex_sources[vertex] as usize];
+        Ok(PerVertex::from_fn(
+            repaired.surface.mesh().vertex_count(),
+            own,
+        ))
+    }
+
+    /// The size at each vertex of the mesh file, over that asked for.
     fn sizes(&self, soup: &PolygonSoup) -> Result<Vec<f64>, Failure> {
         match self {
             Self::File(path) => sizes_of_file(path, soup.positions.len()),

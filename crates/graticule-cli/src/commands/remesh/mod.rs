@@ -4,8 +4,8 @@ mod options;
 
 use graticule::measure::{QuadMeasure, ReferenceMeasure, compare_to_reference, measure_quads};
 use graticule::mesh::{PolygonSoup, RepairOptions, Repaired, repair};
-use graticule::quads::{Carry, Remeshed, remesh};
-use graticule_draw::{Picture, side_by_side};
+use graticule::quads::{Carry, Remeshed, remesh_levels};
+use graticule_draw::{Panel, Picture, side_by_side};
 use serde_json::{Value, json};
 
 use super::field::lines_of_file;
@@ -30,28 +30,92 @@ pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {
     let (edges, beside) = lines_of_file(&input.soup, &repaired);
     wanted.field.features.edges = edges;
     wanted.field.strokes.extend(beside);
-    let made = remesh(&repaired.surface, &wanted, &session.watch)
-        .map_err(|error| Failure::from(error).at(input.path.display()))?;
-    let carry = Carry {
-        original: &input.soup,
-        repaired: &repaired,
-        polygons: &made.mesh.polygons,
-        origins: &made.mesh.origins,
-    };
-    let soup = {
-        let _stage = session.watch.stage("carry attributes");
-        carry.to_soup()
-    };
-    let judged = Judged::of(&soup, &repaired, session)?;
-    judged.warn(session);
-    outcome.report.result = result_to_report(&made)?;
-    outcome.report.measure = judged.to_report()?;
-    outcome.remarks = quad_table(&judged.measure, Some(&judged.reference)).to_string();
-    if let Some(format) = plan.picture_format() {
-        outcome.picture = Some(format.encode(&judged.draw(&soup, session)?));
+    if let Some(source) = &options.sizing {
+        wanted.sizing.sizes = Some(source.on_surface(&input.soup, &repaired)?);
     }
-    outcome.mesh = Some(soup);
+    let densities = options.densities();
+    let levels = remesh_levels(&repaired.surface, &wanted, &densities, &session.watch)
+        .map_err(|error| Failure::from(error).at(input.path.display()))?;
+    let levels = levels
+        .iter()
+        .map(|made| Level::of(made, &input.soup, &repaired, session))
+        .collect::<Result<Vec<Level>, Failure>>()?;
+    if let [level] = levels.as_slice() {
+        outcome.report.result.clone_from(&level.result);
+        outcome.report.measure = level.judged.to_report()?;
+    } else {
+        outcome.report.result = levels_to_report(&options.quads, &levels)?;
+    }
+    for level in &levels {
+        let (measure, reference) = (&level.judged.measure, &level.judged.reference);
+        outcome.remarks += &quad_table(measure, Some(reference)).to_string();
+    }
+    if let Some(format) = plan.picture_format() {
+        outcome.picture = Some(format.encode(&draw(&levels, session)?));
+    }
+    let mut soups = levels.into_iter().map(|level| level.soup);
+    outcome.mesh = soups.next();
+    outcome.further_meshes = soups.collect();
     plan.finish(session, outcome)
+}
+
+/// The mesh of one density, with all that is told of it.
+struct Level {
+    soup: PolygonSoup,
+    judged: Judged,
+    result: Value,
+}
+
+impl Level {
+    fn of(
+        made: &Remeshed,
+        original: &PolygonSoup,
+        repaired: &Repaired,
+        session: &Session,
+    ) -> Result<Self, Failure> {
+        let carry = Carry {
+            original,
+            repaired,
+            polygons: &made.mesh.polygons,
+            origins: &made.mesh.origins,
+        };
+        let soup = {
+            let _stage = session.watch.stage("carry attributes");
+            carry.to_soup()
+        };
+        let judged = Judged::of(&soup, repaired, session)?;
+        judged.warn(session);
+        let result = result_to_report(made)?;
+        Ok(Self {
+            soup,
+            judged,
+            result,
+        })
+    }
+}
+
+fn levels_to_report(asked: &[u32], levels: &[Level]) -> Result<Value, Failure> {
+    let told = asked.iter().zip(levels).map(|(asked, level)| {
+        let measure = level.judged.to_report()?;
+        Ok(json!({ "asked": asked, "result": level.result, "measure": measure }))
+    });
+    let told = told.collect::<Result<Vec<Value>, Failure>>()?;
+    Ok(json!({ "levels": told }))
+}
+
+/// The widest picture, in panels of full size.
+const MOST_PANELS: u32 = 4;
+
+/// The meshes side by side.
+fn draw(levels: &[Level], session: &Session) -> Result<Picture, Failure> {
+    let _stage = session.watch.stage("draw");
+    let panel = |Level { soup, judged, .. }: &Level| -> Result<Panel, Failure> {
+        let drawn = repair(soup, &RepairOptions::default(), &session.watch)?;
+        Ok(quad_panel(soup, &drawn, &judged.measure)?)
+    };
+    let panels = levels.iter().map(panel).collect::<Result<Vec<_>, _>>()?;
+    let width = 2 * PANEL * (panels.len() as u32).min(MOST_PANELS);
+    Ok(side_by_side(panels).with_size(width, 2 * PANEL)?)
 }
 
 fn result_to_report(made: &Remeshed) -> Result<Value, Failure> {
@@ -90,12 +154,5 @@ impl Judged {
             "quads": to_value(&self.measure)?,
             "reference": to_value(&self.reference)?,
         }))
-    }
-
-    fn draw(&self, soup: &PolygonSoup, session: &Session) -> Result<Picture, Failure> {
-        let _stage = session.watch.stage("draw");
-        let drawn = repair(soup, &RepairOptions::default(), &session.watch)?;
-        let panel = quad_panel(soup, &drawn, &self.measure)?;
-        Ok(side_by_side(vec![panel]).with_size(2 * PANEL, 2 * PANEL)?)
     }
 }

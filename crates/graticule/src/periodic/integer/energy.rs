@@ -2,12 +2,12 @@
 
 use glam::DVec2;
 
-use super::IntegerGridError;
-use super::frames::FaceFrames;
+use super::frames::{FaceFrames, side_angle};
+use super::{IntegerGridError, IntegerGridOptions, Stretch};
 use crate::geometry::IntrinsicTriangulation;
-use crate::mesh::{HalfedgeId, PerCorner, PerVertex};
+use crate::mesh::{FaceId, HalfedgeId, PerCorner, PerFace, PerVertex};
 use crate::solve::{SolveError, SymmetricMatrix};
-use crate::tolerance::NEEDLE_COTANGENT;
+use crate::tolerance::{LEAST_NEEDLE_WEIGHT, NEEDLE_COTANGENT};
 
 /// The Dirichlet energy of the difference between coordinates and wished ones, side by side of each
 /// triangle: `Σ w |p(j) - p(i) - d|²` with half the cotangent of the opposite angle as `w`, which
@@ -21,22 +21,29 @@ pub(super) struct SideEnergy {
 }
 
 impl SideEnergy {
-    /// Wishes coordinates that grow by `scale` per unit of length along the axes.
+    /// Wishes coordinates that grow along the axes by the sizing per unit of length, and as much
+    /// slower along the stretch as faster across.
     pub(super) fn along_frames(
         triangulation: &IntrinsicTriangulation,
         frames: &FaceFrames,
-        scale: Option<&PerVertex<f64>>,
+        options: &IntegerGridOptions,
     ) -> Self {
+        let rates = PerFace::from_fn(triangulation.face_count(), |face| {
+            let mean = options.sizing.as_ref().map_or(1.0, |scale| {
+                let sum: f64 = triangulation.triangle(face).map(|v| scale[v]).iter().sum();
+                sum / 3.0
+            });
+            let stretch = options.stretch.as_ref();
+            mean * stretch.map_or(DVec2::ONE, |stretch| {
+                stretched(triangulation, frames.angles[face], stretch, face)
+            })
+        });
         let wishes = PerCorner::from_fn(triangulation.halfedge_count(), |halfedge: HalfedgeId| {
             let face = halfedge.face();
             let corners = triangulation.shape(face).corners();
             let side = corners[halfedge.next().side()] - corners[halfedge.side()];
             let (sin, cos) = libm::sincos(-frames.angles[face]);
-            let mean = scale.map_or(1.0, |scale| {
-                let sum: f64 = triangulation.triangle(face).map(|v| scale[v]).iter().sum();
-                sum / 3.0
-            });
-            DVec2::new(cos, sin).rotate(side) * mean
+            DVec2::new(cos, sin).rotate(side) * rates[face]
         });
         Self {
             weights: side_weights(triangulation),
@@ -45,15 +52,41 @@ impl SideEnergy {
     }
 }
 
+/// What the growth of both coordinates in a triangle is multiplied by, for a first axis at an angle
+/// in the coordinates of its shape: the mean, in logarithms, of what the corners wish for.
+fn stretched(
+    triangulation: &IntrinsicTriangulation,
+    axis: f64,
+    stretch: &PerVertex<Stretch>,
+    face: FaceId,
+) -> DVec2 {
+    let wished = face.halfedges().map(|corner| {
+        let vertex = triangulation.origin(corner);
+        let Stretch { direction, ratio } = stretch[vertex];
+        let turned = direction - triangulation.direction(corner);
+        let here =
+            side_angle(triangulation, corner) + turned / triangulation.angle_scale(vertex) - axis;
+        libm::log(ratio) * libm::cos(2.0 * here)
+    });
+    let half = wished.iter().sum::<f64>() / 6.0;
+    DVec2::new(libm::exp(-half), libm::exp(half))
+}
+
 /// Half the cotangent of the angle opposite to each halfedge. Triangles so thin that a cotangent
-/// exceeds [`NEEDLE_COTANGENT`] count less, so that it does not.
+/// exceeds [`NEEDLE_COTANGENT`] count less, so that it does not, and their sides
+/// [`LEAST_NEEDLE_WEIGHT`] more: nothing else may lead from one part of a surface to another.
 pub(super) fn side_weights(triangulation: &IntrinsicTriangulation) -> PerCorner<f64> {
     PerCorner::from_fn(triangulation.halfedge_count(), |halfedge: HalfedgeId| {
         let shape = triangulation.shape(halfedge.face());
         let dots = [0, 1, 2].map(|corner| shape.dot(corner).abs());
         let largest = dots.into_iter().fold(f64::MIN_POSITIVE, f64::max);
         let dot = shape.dot(halfedge.previous().side());
-        0.5 * dot / shape.double_area().max(largest / NEEDLE_COTANGENT)
+        let least_area = largest / NEEDLE_COTANGENT;
+        if shape.double_area() < least_area {
+            0.5 * dot / least_area + LEAST_NEEDLE_WEIGHT
+        } else {
+            0.5 * dot / shape.double_area()
+        }
     })
 }
 

@@ -26,7 +26,7 @@ pub enum IntegerGridError {
         /// How many there are.
         edges: usize,
     },
-    /// The sizing is for another number of vertices.
+    /// The sizing or the stretch is for another number of vertices.
     #[error("{given} sizes were given for {needed} vertices")]
     SizingCount {
         /// Sizes given.

@@ -91,7 +91,7 @@ impl FaceFrames {
 }
 
 /// The angle of a halfedge in the coordinates of its triangle's shape.
-fn side_angle(triangulation: &IntrinsicTriangulation, halfedge: HalfedgeId) -> f64 {
+pub(super) fn side_angle(triangulation: &IntrinsicTriangulation, halfedge: HalfedgeId) -> f64 {
     let corners = triangulation.shape(halfedge.face()).corners();
     let side = corners[halfedge.next().side()] - corners[halfedge.side()];
     libm::atan2(side.y, side.x)

@@ -31,7 +31,8 @@ mod unknowns;
 mod untangle;
 
 pub use error::IntegerGridError;
-pub use options::{GridDensity, IntegerGridOptions};
+pub(crate) use options::check_sizes;
+pub use options::{GridDensity, IntegerGridOptions, Stretch};
 pub use poisson::{NetPlan, poisson_net};
 pub use report::IntegerGridReport;
 pub use stage::{IntegerGrid, IntegerGridMap, integer_grid_map};

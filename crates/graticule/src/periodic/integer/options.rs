@@ -23,6 +23,17 @@ impl GridDensity {
     }
 }
 
+/// How far the cells of a net are from squares at a vertex.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stretch {
+    /// The direction in which cells are longer, as an angle in the tangent plane of the vertex, up to
+    /// a half turn.
+    pub direction: f64,
+    /// The distance of lines that follow each other in that direction over that of those across, 1
+    /// and above. The area of cells does not depend on it.
+    pub ratio: f64,
+}
+
 fn out_of_range(name: &'static str, value: f64, range: &'static str) -> IntegerGridError {
     IntegerGridError::Option { name, value, range }
 }
@@ -39,6 +50,9 @@ pub struct IntegerGridOptions {
     /// Lines per unit of length at each vertex, relative to the density; `None` for the same
     /// everywhere.
     pub sizing: Option<PerVertex<f64>>,
+    /// How far cells are from squares at each vertex; `None` for squares. Where the field runs at an
+    /// angle `a` to the direction, the ratio counts with the power `cos 2a`.
+    pub stretch: Option<PerVertex<Stretch>>,
     /// Rounds of making flipped triangles positive again; 0 for none.
     pub untangling_rounds: usize,
     /// Rounds of lowering distortion round triangles that the map squeezes; 0 for none.
@@ -52,6 +66,7 @@ impl Default for IntegerGridOptions {
             align_boundary: true,
             features: Vec::new(),
             sizing: None,
+            stretch: None,
             untangling_rounds: 5,
             relaxation_rounds: 0,
         }
@@ -65,17 +80,36 @@ impl IntegerGridOptions {
             return Err(IntegerGridError::NoSuchEdge { edge: *edge, edges });
         }
         if let Some(sizing) = &self.sizing {
-            if sizing.len() != vertices {
-                let (given, needed) = (sizing.len(), vertices);
-                return Err(IntegerGridError::SizingCount { given, needed });
-            }
-            let bad = sizing
+            check_sizes(sizing, vertices)?;
+        }
+        if let Some(stretch) = &self.stretch {
+            check_count(stretch, vertices)?;
+            // Where there is no direction, no ratio is good.
+            let mut ratios = stretch
                 .iter()
-                .find(|value| !(**value > 0.0 && value.is_finite()));
-            if let Some(&value) = bad {
-                return Err(out_of_range("sizing", value, "above 0, finite"));
+                .map(|stretch| stretch.ratio + 0.0 * stretch.direction);
+            if let Some(value) = ratios.find(|ratio| !(1.0..=f64::MAX).contains(ratio)) {
+                return Err(out_of_range("ratio of a stretch", value, "1 and above"));
             }
         }
         Ok(())
     }
+}
+
+/// Refuses sizes that are not positive, and too few or too many.
+pub(crate) fn check_sizes(sizes: &PerVertex<f64>, vertices: usize) -> Result<(), IntegerGridError> {
+    check_count(sizes, vertices)?;
+    let is_good = |value: f64| value > 0.0 && value.is_finite() && value.recip().is_finite();
+    match sizes.iter().find(|value| !is_good(**value)) {
+        Some(&value) => Err(out_of_range("sizing", value, "above 0, finite")),
+        None => Ok(()),
+    }
+}
+
+fn check_count<T>(values: &PerVertex<T>, needed: usize) -> Result<(), IntegerGridError> {
+    let given = values.len();
+    if given == needed {
+        return Ok(());
+    }
+    Err(IntegerGridError::SizingCount { given, needed })
 }

@@ -127,12 +127,15 @@ impl IntegerGrid {
         loop {
             let settled = self.settle(density, watch)?;
             let flips = |made: &IntegerGridMap| made.report.flips;
-            let is_better = |best: &IntegerGridMap| flips(&settled.made) < flips(best);
-            if best.as_ref().is_none_or(is_better) {
-                best = Some(settled.made);
-                in_vain = 0;
+            let before = best.as_ref().map_or(usize::MAX, flips);
+            let now = flips(&settled.made);
+            in_vain = if now < before - before / PROGRESS {
+                0
             } else {
-                in_vain += 1;
+                in_vain + 1
+            };
+            if now < before {
+                best = Some(settled.made);
             }
             let is_local = settled.flipped.len() <= most_flips_mended(&self.net.surface);
             let may_go_on = is_local && self.net.denser_rounds < self.net.most_denser_rounds();
@@ -185,8 +188,16 @@ fn most_flips_mended(surface: &Surface) -> usize {
     (surface.mesh().face_count() / 100).max(200)
 }
 
-/// Times in a row that this may leave as many triangles flipped.
+/// Times in a row that this may leave nearly as many triangles flipped.
 const MOST_IN_VAIN: usize = 2;
+
+/// The one part of so many of the flipped triangles that has to go in a round for it not to be in
+/// vain.
+const PROGRESS: usize = 10;
+
+/// The share of flipped triangles above which a net has no room: the area of its map says little of
+/// the number of its cells then, and no further density is tried for it.
+const CRUMPLED_NET: f64 = 0.1;
 
 fn check_field(surface: &Surface, field: &CrossField) -> Result<(), IntegerGridError> {
     let (given, needed) = (field.angles().len(), surface.mesh().vertex_count());
@@ -255,7 +266,7 @@ impl Net {
         let field_singularities = Singularities::of(field, mesh, &triangulation).count();
         let mut shapes = triangulation;
         shapes.mollify();
-        let mut energy = SideEnergy::along_frames(&shapes, &frames, options.sizing.as_ref());
+        let mut energy = SideEnergy::along_frames(&shapes, &frames, options);
         watch.check()?;
         let (rows, parameters) = {
             let after_chains = unknowns.after_chains;
@@ -362,11 +373,17 @@ impl Net {
             if best.as_ref().is_none_or(|best| off(&solved) < off(best)) {
                 best = Some(solved);
             }
-            if let Some(good) = best.take_if(|best| off(best) < CELLS_AGREEMENT || tried == most) {
+            let is_last = tried == most || best.as_ref().is_some_and(|best| self.is_crumpled(best));
+            if let Some(good) = best.take_if(|best| off(best) < CELLS_AGREEMENT || is_last) {
                 return Ok((good, tried));
             }
         }
         unreachable!("the last density tried ends the search")
+    }
+
+    fn is_crumpled(&self, solved: &Solved<'_>) -> bool {
+        let most = CRUMPLED_NET * self.surface.mesh().face_count() as f64;
+        solved.net.flipped().len() as f64 > most
     }
 
     fn most_densities(&self) -> usize {

@@ -368,3 +368,110 @@ fn what_is_asked_for_is_checked() {
         IntegerGridError::Option { .. }
     ));
 }
+
+/// Two pyramids of three sides, tip to tip, joined by a ring of three vertices next to one point: a neck
+/// of no width, whose triangles are needles.
+fn hourglass() -> Surface {
+    let rings = [
+        (-2.0, 1.0),
+        (-1.0, 0.8),
+        (0.0, 1e-12),
+        (1.0, 0.8),
+        (2.0, 1.0),
+    ];
+    let mut fixture = Fixture {
+        positions: vec![DVec3::new(0.0, 0.0, -2.2), DVec3::new(0.0, 0.0, 2.2)],
+        triangles: Vec::new(),
+    };
+    for (z, radius) in rings {
+        for corner in 0..3 {
+            let (sin, cos) = libm::sincos(f64::from(corner) * std::f64::consts::TAU / 3.0);
+            fixture
+                .positions
+                .push(DVec3::new(radius * cos, radius * sin, z));
+        }
+    }
+    let at = |ring: u32, corner: u32| 2 + 3 * ring + corner % 3;
+    for corner in 0..3 {
+        fixture
+            .triangles
+            .push([0, at(0, corner + 1), at(0, corner)]);
+        fixture
+            .triangles
+            .push([1, at(4, corner), at(4, corner + 1)]);
+        for ring in 0..4 {
+            let [a, b] = [at(ring, corner), at(ring, corner + 1)];
+            let [c, d] = [at(ring + 1, corner + 1), at(ring + 1, corner)];
+            fixture.triangles.extend([[a, b, c], [a, c, d]]);
+        }
+    }
+    Surface::from_triangles(fixture.positions, &fixture.triangles).unwrap()
+}
+
+#[test]
+fn a_neck_of_no_width_leaves_the_equations_regular() {
+    let coarse = hourglass();
+    let watch = Watch::new();
+    // Parts of needles are needles, and some have no other neighbours.
+    let fine = crate::mesh::refine(&coarse, 0.2, &watch).unwrap();
+    for surface in [&coarse, &fine.refined.surface] {
+        let field = cross_field(surface, &FieldOptions::default(), &watch).unwrap();
+        let options = options(GridDensity::Quads(200));
+        let made = integer_grid_map(surface, &field.field, &options, &watch).unwrap();
+        assert!(made.report.cells.is_finite());
+    }
+}
+
+#[test]
+fn cells_of_a_cylinder_are_stretched_along_it() {
+    let flat = grid(1.0, 1.0, 40, 40);
+    let tube = flat.map(|p| {
+        let (sin, cos) = libm::sincos(std::f64::consts::TAU * p.x);
+        DVec3::new(cos, sin, std::f64::consts::TAU * p.y)
+    });
+    let surface = Surface::from_triangles(tube.positions, &tube.triangles).unwrap();
+    let field = cross_field(&surface, &FieldOptions::default(), &Watch::new()).unwrap();
+    let along = field.curvatures.as_ref().unwrap().map(|curvature| Stretch {
+        direction: curvature.direction + std::f64::consts::FRAC_PI_2,
+        ratio: 4.0,
+    });
+    let options = IntegerGridOptions {
+        stretch: Some(along),
+        ..options(GridDensity::Quads(400))
+    };
+    let made = integer_grid_map(&surface, &field.field, &options, &Watch::new()).unwrap();
+    let (mut along, mut around) = (0.0, 0.0);
+    for corner in surface.mesh().halfedges() {
+        let side = surface.halfedge_vector(corner);
+        let [from, to] = [corner, corner.next()].map(|c| made.map.coordinate(c));
+        let lines = from.distance(to);
+        if side.truncate().length() < 1e-9 {
+            along += lines / side.length();
+        } else if side.z.abs() < 1e-9 {
+            around += lines / side.length();
+        }
+    }
+    let ratio = around / along;
+    assert!((3.2..4.8).contains(&ratio), "{ratio}");
+    assert!(
+        (made.report.cells - 400.0).abs() < 20.0,
+        "{}",
+        made.report.cells
+    );
+}
+
+#[test]
+fn a_stretch_that_is_none_is_refused() {
+    let surface = surface(icosphere(1));
+    let count = surface.mesh().vertex_count();
+    let field = cross_field(&surface, &FieldOptions::default(), &Watch::new()).unwrap();
+    for (given, direction, ratio) in [(count, 0.0, 0.5), (count, f64::NAN, 2.0), (3, 0.0, 2.0)] {
+        let stretch = Some(PerVertex::filled(given, Stretch { direction, ratio }));
+        let wanted = IntegerGridOptions {
+            stretch,
+            ..options(GridDensity::Quads(100))
+        };
+        let refused = integer_grid_map(&surface, &field.field, &wanted, &Watch::new());
+        assert!(refused.is_err(), "{given} {direction} {ratio}");
+    }
+}

@@ -67,15 +67,24 @@ impl SettledNet<'_> {
     /// Where triangles stay flipped, their vertices are let go of the lines that they lie on.
     ///
     /// Small neighbourhoods come first. Where the net as a whole cannot do without flips, as on
-    /// parts thinner than a cell, effort ends at [`MOST_EFFORT`] visits of each triangle.
+    /// parts thinner than a cell, effort ends at [`MOST_EFFORT`] visits of each triangle, and rounds
+    /// that bring little are not followed by others of their kind.
     pub(super) fn untangle(&mut self, rounds: usize, watch: &Watch) -> Result<(), Stopped> {
         let mut effort = MOST_EFFORT * self.mesh.face_count();
+        let first_release = rounds.div_ceil(2);
+        let mut before = usize::MAX;
         for round in 0..rounds {
             let flipped = self.flipped();
-            if flipped.is_empty() {
+            let is_in_vain =
+                flipped.len() > FEW_FLIPS && flipped.len() > before - before / PROGRESS;
+            if flipped.is_empty() || is_in_vain && round > first_release {
                 break;
             }
-            if round >= rounds.div_ceil(2) {
+            if is_in_vain && round < first_release {
+                continue;
+            }
+            before = flipped.len();
+            if round >= first_release {
                 self.release(&flipped);
             }
             let mut patches = self.patches(&flipped, round + 2);
@@ -101,7 +110,7 @@ impl SettledNet<'_> {
     /// Rearranges the neighbourhoods of triangles that are positive and much distorted, larger ones in
     /// each round, so that the distortion of the whole neighbourhood falls. What is whole stays.
     pub(super) fn relax_squeezed(&mut self, rounds: usize, watch: &Watch) -> Result<(), Stopped> {
-        let mut effort = MOST_EFFORT * self.mesh.face_count();
+        let mut effort = MOST_RELAXATION * self.mesh.face_count();
         for round in 0..rounds {
             let faces = self.mesh.faces();
             let squeezed: Vec<FaceId> = faces.filter(|&face| self.is_squeezed(face)).collect();
@@ -240,7 +249,16 @@ const WORTHWHILE_GAIN: f64 = 1e-2;
 /// Visits of each triangle of the surface, in the mean, in the search for places without flips.
 ///
 /// Surfaces on which all flips go take a few dozen.
-const MOST_EFFORT: usize = 200;
+const MOST_EFFORT: usize = 80;
+
+/// So few flipped triangles are worth every round.
+const FEW_FLIPS: usize = 200;
+
+/// The one part of so many flipped triangles that has to go in a round for another one.
+const PROGRESS: usize = 20;
+
+/// The most visits where none is flipped any more, for less distortion.
+const MOST_RELAXATION: usize = 200;
 
 /// Times that the regularisation is made weaker.
 const MOST_REGULARISATIONS: usize = 25;
