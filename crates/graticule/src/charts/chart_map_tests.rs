@@ -244,6 +244,36 @@ fn charts_between_closer_lines_keep_the_net_too() {
 }
 
 #[test]
+fn a_chart_that_would_need_too_many_squares_to_keep_the_net_does_not_keep_it() {
+    let squares = |length: f64| {
+        let mut net = cube_net(4);
+        let of_face = 2 * 4 * 4;
+        // One chart without coordinates, next to one whose side is so many spacings long.
+        for corner in (2 * of_face..3 * of_face).flat_map(|face| FaceId(face).halfedges()) {
+            net.coordinates[corner] = net.coordinates[corner].map(|place| place * length);
+        }
+        for corner in FaceId(4).halfedges() {
+            net.coordinates[corner] = None;
+        }
+        let options = ChartMapOptions {
+            keep_net: true,
+            improvement_steps: 0,
+            ..ChartMapOptions::default()
+        };
+        let (input, layout, maps) = maps(net, options);
+        check(&input, &maps);
+        let chart = layout.chart_of()[FaceId(4)];
+        let of_chart = maps.squares().iter().filter(|square| square.chart == chart);
+        (
+            of_chart.clone().count(),
+            of_chart.filter(|s| s.keeps_net).count(),
+        )
+    };
+    assert_eq!(squares(30.0), (33, 33));
+    assert_eq!(squares(70.0), (1, 0));
+}
+
+#[test]
 fn relaxation_lowers_the_kink_across_seams_and_flips_nothing() {
     let kink = |rounds: u32| {
         let options = ChartMapOptions {
