@@ -433,6 +433,14 @@ pub const ONE_MAP: f64 = 1e-10;
 /// a tenth of what is seen in a texture.
 pub const CHART_GAIN: f64 = 1e-3;
 
+/// A chart on which the mean symmetric Dirichlet energy of the net's coordinates, 4 at least, is more is
+/// laid anew on its rectangle: as much as if all of it were stretched to twice its length.
+pub const SQUEEZED_CHART: f64 = 8.0;
+
+/// An arc along which the net's coordinates are so much squeezed and stretched gets its length as
+/// parameter: the mean of the squares of both, 1 at least, of steps three times too short and too long.
+pub const SQUEEZED_ARC: f64 = 5.0;
+
 /// Area of a cell of the net over that of the polygon round it above which the cell is cut up.
 ///
 /// A half sphere has 2: the end of a round limb is shown well enough by its rim. A finger that sticks

@@ -36,7 +36,7 @@ impl Default for ChartMapOptions {
     fn default() -> Self {
         Self {
             keep_net: false,
-            improvement_steps: 20,
+            improvement_steps: 100,
             relaxation_rounds: 0,
         }
     }
@@ -126,17 +126,20 @@ pub struct ChartMapCounts {
 
 /// Lays each chart of a layout of `input` onto a square.
 ///
-/// Charts that the net makes rectangles of keep its coordinates; others with four sides get mean
-/// value coordinates, from which the symmetric Dirichlet energy is lowered, with places on the border that both sides of an arc share: the net's where one
-/// side has some, else by length. Charts with another number of sides are split first, from the centre
+/// Charts that the net makes rectangles of keep its coordinates, unless these squeeze them
+/// ([`SQUEEZED_CHART`](crate::tolerance::SQUEEZED_CHART)); those and others with four sides get mean
+/// value coordinates, from which the symmetric Dirichlet energy is lowered, with places on the border
+/// that both sides of an arc share: the net's where one side has some and they do not squeeze the arc
+/// ([`SQUEEZED_ARC`](crate::tolerance::SQUEEZED_ARC)), else by length. Charts with another number of sides are split first, from the centre
 /// to the middles of the sides ([PGP06] §3.4): along lines that are straight on a regular polygon,
 /// so that they stay inside and meet nowhere else. A T-junction is a place on a side of the one square and
 /// a corner of the others.
 ///
 /// Where a chart finds no room to double precision, as steps along its border differ by many orders of
-/// magnitude, vertices there are spread evenly, with the warning `chart-borders-evened`. Another warning
-/// (`chart-map-fallback`) tells of charts that rounding made another method necessary for;
-/// with [`keep_net`](ChartMapOptions::keep_net), a third (`net-not-kept`) of charts whose seams will
+/// magnitude, vertices there are spread evenly, with the warning `chart-borders-evened`. A chart that
+/// double precision does not suffice to split goes onto one square whole (`charts-not-split`). Another
+/// warning (`chart-map-fallback`) tells of charts that rounding made another method necessary for;
+/// with [`keep_net`](ChartMapOptions::keep_net), one more (`net-not-kept`) of charts whose seams will
 /// show.
 ///
 /// Cost: near-linear; charts are laid down in parallel.
@@ -159,6 +162,7 @@ pub fn chart_maps(
             Err(failures) => even_out(layout, &mut is_even, failures, watch)?,
         }
     };
+    assembly.warn(watch);
     let mut maps = assembly.finish(layout)?;
     maps.relax(options.relaxation_rounds, watch)?;
     maps.warn(*options, watch);
@@ -190,7 +194,7 @@ pub(super) fn lay_down(
     let squares: Vec<_> = squares.collect::<Result<_, ChartMapError>>()?;
     for (index, (squares, plan)) in squares.into_iter().zip(&plans).enumerate() {
         match squares {
-            Ok(squares) => assembly.add(ChartId::from_index(index), squares, plan.keeps_net),
+            Ok(squares) => assembly.add(ChartId::from_index(index), squares, plan),
             Err(failure) => failures.push(failure),
         }
     }

@@ -6,11 +6,13 @@ use glam::{DVec2, DVec3};
 
 use super::chart_map::{ChartMaps, ChartSquare, Seam, SeamKey, SeamSide};
 use super::chart_map_squares::{MappedSquare, SidePiece};
+use super::split::{ChartPlan, PlannedShape};
 use super::split_mesh::{TriangleOrigin, VertexName};
 use super::{ChartId, ChartLayout, ChartMapError, SquareId};
 use crate::mesh::{
     Element, PerCorner, PerFace, PerVertex, RefinedSurface, Surface, SurfacePoint, VertexId,
 };
+use crate::watch::Watch;
 
 /// A surface that squares are added to.
 #[derive(Default)]
@@ -23,6 +25,8 @@ pub(super) struct Assembly {
     coordinates: Vec<DVec2>,
     squares: Vec<ChartSquare>,
     seams: BTreeMap<SeamKey, Seam>,
+    /// Charts that were to be split and were not.
+    unsplit: usize,
 }
 
 impl Assembly {
@@ -34,8 +38,11 @@ impl Assembly {
         }
     }
 
-    /// Adds the squares of a chart.
-    pub(super) fn add(&mut self, chart: ChartId, squares: Vec<MappedSquare>, keeps_net: bool) {
+    /// Adds the squares of a chart, as many as planned or the whole chart on one.
+    pub(super) fn add(&mut self, chart: ChartId, squares: Vec<MappedSquare>, plan: &ChartPlan) {
+        let is_unsplit = matches!(plan.shape, PlannedShape::Split { .. }) && squares.len() == 1;
+        self.unsplit += usize::from(is_unsplit);
+        let keeps_net = plan.keeps_net && !is_unsplit;
         let first_made = self.vertices.len() as u32;
         let made = squares
             .iter()
@@ -113,6 +120,18 @@ impl Assembly {
             side,
             shares,
         });
+    }
+
+    /// Tells of charts that were not split.
+    pub(super) fn warn(&self, watch: &Watch) {
+        if self.unsplit > 0 {
+            let message = format!(
+                "double precision does not suffice to split {} charts from their centres: each was laid on \
+                 one square",
+                self.unsplit
+            );
+            watch.warn("charts-not-split", message);
+        }
     }
 
     /// The maps, with the places of the layout's own vertices as it has them.

@@ -9,8 +9,7 @@ use crate::flatten::{
     BoundaryFreedom, BoundaryPositions, FixedOptions, InjectiveOptions, Patch, Weights, convex_map,
     fixed_map, improve_map,
 };
-use crate::geometry::{face_shapes, total_area};
-use crate::measure::orientation;
+use crate::measure::{SourceTriangle, orientation};
 use crate::mesh::{PerVertex, Surface, VertexId};
 use crate::tolerance::CHART_GAIN;
 use crate::watch::Watch;
@@ -68,7 +67,7 @@ pub(super) fn square_map(
     if steps == 0 {
         return Ok((places, method));
     }
-    let size = rectangle_size(&patch, sides);
+    let size = rectangle_size(disk, sides);
     let uv = PerVertex::new(places.iter().map(|&place| place * size).collect());
     let options = InjectiveOptions {
         least_gain: CHART_GAIN,
@@ -89,10 +88,9 @@ pub(super) fn square_map(
     }
 }
 
-/// The sides of the rectangle of a patch's area that are in the ratio of its four sides.
-fn rectangle_size(patch: &Patch, sides: &[PolygonSide]) -> DVec2 {
-    let surface = patch.surface();
-    let at = |&(vertex, _): &(u32, DVec2)| surface.position(VertexId(vertex));
+/// The sides of the rectangle of a disk's area that are in the ratio of its four sides.
+fn rectangle_size(disk: &ChartDisk, sides: &[PolygonSide]) -> DVec2 {
+    let at = |&(vertex, _): &(u32, DVec2)| disk.positions[vertex as usize];
     let length = |side: usize| -> f64 {
         let end = sides[(side + 1) % sides.len()].first();
         let places: Vec<_> = sides[side].iter().chain(end).map(at).collect();
@@ -102,7 +100,33 @@ fn rectangle_size(patch: &Patch, sides: &[PolygonSide]) -> DVec2 {
             .sum()
     };
     let ratio = (length(0) + length(2)) / (length(1) + length(3));
-    rectangle(total_area(&face_shapes(surface)), ratio)
+    let area = source_triangles(disk).map(|(_, triangle)| triangle.area());
+    rectangle(area.sum(), ratio)
+}
+
+/// The triangles that have an area, by number.
+fn source_triangles(disk: &ChartDisk) -> impl Iterator<Item = (usize, SourceTriangle)> + '_ {
+    let triangles = disk.triangles.iter().enumerate();
+    triangles.filter_map(|(number, corners)| {
+        let corners = corners.map(|vertex| disk.positions[vertex as usize]);
+        Some((number, SourceTriangle::from_positions(corners)?))
+    })
+}
+
+/// The mean symmetric Dirichlet energy, 4 at least, of a map of a disk onto the unit square, seen as the
+/// rectangle with the disk's area and the ratio of its sides. Infinite if a triangle is flipped.
+pub(super) fn square_energy(disk: &ChartDisk, sides: &[PolygonSide], places: &[DVec2]) -> f64 {
+    if !is_upright(&disk.triangles, places) {
+        return f64::INFINITY;
+    }
+    let size = rectangle_size(disk, sides);
+    let (mut sum, mut area) = (0.0, 0.0);
+    for (number, source) in source_triangles(disk) {
+        let images = disk.triangles[number].map(|vertex| places[vertex as usize] * size);
+        sum += source.area() * source.jacobian(images).symmetric_dirichlet();
+        area += source.area();
+    }
+    if area > 0.0 { sum / area } else { 4.0 }
 }
 
 /// The rectangle of an area with its width so many times its height; a square where that is no number.
@@ -154,7 +178,7 @@ fn laid_down(
 }
 
 /// Whether every triangle is laid down counter-clockwise. Exact.
-pub(super) fn is_upright(triangles: &[[u32; 3]], uvs: &[DVec2]) -> bool {
+fn is_upright(triangles: &[[u32; 3]], uvs: &[DVec2]) -> bool {
     triangles.iter().all(|triangle| {
         let [a, b, c] = triangle.map(|vertex| uvs[vertex as usize]);
         orientation(a, b, c) > 0

@@ -4,7 +4,7 @@ use glam::DVec2;
 
 use super::chart_map::SeamKey;
 use super::chart_map_polygon::{
-    ChartMethod, PolygonSide, corner_places, is_upright, polygon_map, sides_along, square_map,
+    ChartMethod, PolygonSide, corner_places, polygon_map, sides_along, square_energy, square_map,
 };
 use super::split::{ChartPlan, PlannedShape};
 use super::split_arcs::{
@@ -14,6 +14,7 @@ use super::split_mesh::{ChartDisk, NONE, TriangleOrigin, VertexName};
 use super::split_spokes::{Spokes, cut_spokes};
 use super::{ChartId, ChartLayout, ChartMapError, Direction};
 use crate::mesh::{Element, FaceId, HalfedgeId, PerFace, Surface};
+use crate::tolerance::SQUEEZED_CHART;
 use crate::watch::Watch;
 
 /// A chart, or a part of one, on the unit square.
@@ -60,13 +61,14 @@ struct OutlineVertex {
     vertex: u32,
     /// The length of the outline up to here.
     length: f64,
-    /// Which arc leads on from here.
-    passage: usize,
+    /// On the arc that leads on from here.
+    place: OutlinePlace,
     break_number: Option<u32>,
 }
 
 /// Triangles of one chart with the vertices of its outline.
-struct OutlinedChart<'a> {
+#[derive(Clone)]
+pub(super) struct OutlinedChart<'a> {
     chart: ChartId,
     /// Steps to less distortion, at most, for each square without the net's coordinates.
     steps: u32,
@@ -107,15 +109,7 @@ impl<'a> Layouted<'a> {
         plan: &ChartPlan,
         watch: &Watch,
     ) -> Result<Vec<MappedSquare>, ChartMapError> {
-        let mut disk = self.disk(chart)?;
-        let outline = self.outline(&mut disk, chart, plan)?;
-        let outlined = OutlinedChart {
-            chart,
-            steps: self.steps,
-            plan,
-            disk,
-            outline,
-        };
+        let outlined = self.outlined(chart, plan)?;
         match &plan.shape {
             PlannedShape::Net { size } => {
                 let corners = corner_places_of(plan);
@@ -127,15 +121,35 @@ impl<'a> Layouted<'a> {
                 )?])
             }
             PlannedShape::Square { corners, size } => {
-                let square = outlined.square(corners, *size, watch)?;
-                Ok(vec![square])
+                let corners = outlined.corners(corners);
+                Ok(vec![outlined.square(&corners, *size, watch)?])
             }
             PlannedShape::Split {
                 corners,
                 middles,
                 side,
-            } => outlined.split([corners, middles], *side, watch),
+            } => match outlined.clone().split([corners, middles], *side, watch)? {
+                Some(squares) => Ok(squares),
+                None => Ok(vec![outlined.unsplit(*side, watch)?]),
+            },
         }
+    }
+
+    /// A chart with the vertices of its outline.
+    pub(super) fn outlined<'b>(
+        &self,
+        chart: ChartId,
+        plan: &'b ChartPlan,
+    ) -> Result<OutlinedChart<'b>, ChartMapError> {
+        let mut disk = self.disk(chart)?;
+        let outline = self.outline(&mut disk, chart, plan)?;
+        Ok(OutlinedChart {
+            chart,
+            steps: self.steps,
+            plan,
+            disk,
+            outline,
+        })
     }
 
     /// The triangles of a chart.
@@ -208,7 +222,7 @@ impl<'a> Layouted<'a> {
                 OutlineVertex {
                     vertex,
                     length: plan.outline.length_at(place),
-                    passage,
+                    place,
                     break_number: stop.break_number,
                 }
             }));
@@ -272,18 +286,31 @@ fn split_border(disk: &mut ChartDisk, first: u32, stops: &[ArcStop]) -> Vec<u32>
 
 impl OutlinedChart<'_> {
     /// The number in the outline of the vertex at a place.
+    ///
+    /// By arc, not by length along the whole outline: beside long arcs there are some so short that
+    /// lengths do not tell their ends apart.
     fn at(&self, place: OutlinePlace) -> usize {
-        let length = self.plan.outline.length_at(place);
-        let whole = self.plan.outline.length();
-        let distance = |index: &usize| {
-            let apart = (self.outline[*index].length - length).abs();
-            apart.min(whole - apart)
+        let next = (place.passage + 1) % self.plan.outline.passages.len();
+        let distance = |&index: &usize| {
+            let OutlinePlace { passage, share } = self.outline[index].place;
+            if passage == place.passage {
+                (share - place.share).abs()
+            } else if passage == next {
+                share + 1.0 - place.share
+            } else {
+                f64::INFINITY
+            }
         };
         let order = |a: &usize, b: &usize| distance(a).total_cmp(&distance(b));
         // Corners of squares are marked, whatever lies next to them.
-        let marked =
-            (0..self.outline.len()).filter(|&index| self.outline[index].break_number.is_some());
-        marked.min_by(order).unwrap_or(0)
+        self.marked().min_by(order).unwrap_or(0)
+    }
+
+    /// The numbers in the outline of the vertices where squares may have corners.
+    fn marked(&self) -> impl Iterator<Item = usize> + '_ {
+        let vertices = self.outline.iter().enumerate();
+        let marked = vertices.filter(|(_, vertex)| vertex.break_number.is_some());
+        marked.map(|(index, _)| index)
     }
 
     /// The vertices of the outline from one on to another, both included, with the length of the
@@ -332,11 +359,11 @@ impl OutlinedChart<'_> {
 
     fn piece(&self, part: &[(OutlineVertex, f64)], shares: [f64; 2]) -> SidePiece {
         let start = part[0].0;
-        let passage = self.plan.outline.passages[start.passage];
+        let passage = self.plan.outline.passages[start.place.passage];
         let is_reversed = passage.direction == Direction::Backward;
         // Counted along the arc; at the end of an arc passed backwards that is 0.
         let last = part[part.len() - 1].0;
-        let first = match (is_reversed, last.passage == start.passage) {
+        let first = match (is_reversed, last.place.passage == start.place.passage) {
             (false, _) => start.break_number,
             (true, true) => last.break_number,
             (true, false) => Some(0),
@@ -369,7 +396,8 @@ impl OutlinedChart<'_> {
         [0, 1, 2, 3].map(|k| self.pieces(corners[k], corners[(k + 1) % 4]))
     }
 
-    /// The chart with the coordinates of the net.
+    /// The chart with the coordinates of the net, unless these squeeze it and it is better off laid
+    /// anew.
     fn net_square(
         self,
         corners: &[OutlinePlace],
@@ -392,8 +420,15 @@ impl OutlinedChart<'_> {
         for &(vertex, place) in sides.iter().flatten() {
             places[vertex as usize] = place;
         }
-        if !is_upright(&self.disk.triangles, &places) {
-            return self.square(corners, size, watch);
+        let energy = square_energy(&self.disk, &sides, &places);
+        if energy > SQUEEZED_CHART {
+            let anew = self.clone().square(&numbers, size, watch);
+            let is_better =
+                |anew: &MappedSquare| square_energy(&anew.disk, &sides, &anew.places) < energy;
+            if energy.is_infinite() || anew.as_ref().is_ok_and(is_better) {
+                return anew;
+            }
+            watch.check()?;
         }
         Ok(MappedSquare {
             sides: self.side_pieces(&numbers),
@@ -407,16 +442,15 @@ impl OutlinedChart<'_> {
     /// The chart laid onto the square.
     fn square(
         mut self,
-        corners: &[OutlinePlace],
+        corners: &[usize],
         size: DVec2,
         watch: &Watch,
     ) -> Result<MappedSquare, ChartMapError> {
-        let numbers = self.corners(corners);
-        let sides = self.polygon_sides(&numbers);
+        let sides = self.polygon_sides(corners);
         let steps = self.steps;
         let (places, method) = square_map(&mut self.disk, &sides, self.chart, steps, watch)?;
         Ok(MappedSquare {
-            sides: self.side_pieces(&numbers),
+            sides: self.side_pieces(corners),
             disk: self.disk,
             places,
             method,
@@ -424,19 +458,28 @@ impl OutlinedChart<'_> {
         })
     }
 
-    /// The chart split from its centre to the middles of its sides, each part on a square.
+    /// The whole chart on one square, with four corners of those that it would have as several.
+    pub(super) fn unsplit(self, side: f64, watch: &Watch) -> Result<MappedSquare, ChartMapError> {
+        let marked: Vec<usize> = self.marked().collect();
+        let corners = [0, 1, 2, 3].map(|k| marked[k * marked.len() / 4]);
+        self.square(&corners, DVec2::splat(2.0 * side), watch)
+    }
+
+    /// The chart split from its centre to the middles of its sides, each part on a square; `None` where
+    /// double precision does not suffice for that.
     fn split(
         mut self,
         corners_and_middles: [&[OutlinePlace]; 2],
         side: f64,
         watch: &Watch,
-    ) -> Result<Vec<MappedSquare>, ChartMapError> {
+    ) -> Result<Option<Vec<MappedSquare>>, ChartMapError> {
         let [corners, middles] = corners_and_middles.map(|places| self.corners(places));
         let sides = self.polygon_sides(&corners);
         let (places, _) = polygon_map(&mut self.disk, &sides, self.chart, watch)?;
         let ends: Vec<u32> = middles.iter().map(|&m| self.outline[m].vertex).collect();
-        let spokes = cut_spokes(&mut self.disk, &places, &ends)
-            .ok_or(ChartMapError::Spokes { chart: self.chart })?;
+        let Some(spokes) = cut_spokes(&mut self.disk, &places, &ends) else {
+            return Ok(None);
+        };
         let mut made = self.disk.made_count();
         let mut squares = Vec::new();
         for (sector, &corner) in corners.iter().enumerate() {
@@ -448,11 +491,13 @@ impl OutlinedChart<'_> {
                 border: [middles[before], corner, middles[sector]],
                 side,
             };
-            let square = sector.square(made, watch)?;
+            let Some(square) = sector.square(made, watch)? else {
+                return Ok(None);
+            };
             made = square.disk.made_count();
             squares.push(square);
         }
-        Ok(squares)
+        Ok(Some(squares))
     }
 }
 
@@ -470,7 +515,8 @@ struct Sector<'a> {
 }
 
 impl Sector<'_> {
-    fn square(&self, made: u32, watch: &Watch) -> Result<MappedSquare, ChartMapError> {
+    /// `None` if spokes between triangles without area part the chart elsewhere than at its sides.
+    fn square(&self, made: u32, watch: &Watch) -> Result<Option<MappedSquare>, ChartMapError> {
         let [end, start] = self.numbers;
         let [before, corner, after] = self.border;
         let (mut disk, vertices) = self.chart.disk.part(&self.spokes.sectors[end]);
@@ -487,9 +533,8 @@ impl Sector<'_> {
         let open = [&ahead, &inward, &outward, &back].map(|side| side[..side.len() - 1].to_vec());
         let OutlinedChart { chart, steps, .. } = *self.chart;
         let polygon = sides_along(&corner_places(4), &open);
-        // Spokes between triangles without area may part the chart elsewhere than at its sides.
         if polygon.iter().flatten().any(|&(vertex, _)| vertex == NONE) {
-            return Err(ChartMapError::Spokes { chart });
+            return Ok(None);
         }
         let (places, method) = square_map(&mut disk, &polygon, chart, steps, watch)?;
         let border = |from, to| -> Vec<SidePiece> {
@@ -501,7 +546,7 @@ impl Sector<'_> {
             }
             pieces
         };
-        Ok(MappedSquare {
+        Ok(Some(MappedSquare {
             sides: [
                 border(corner, after),
                 vec![self.spoke(end, inward, true)],
@@ -512,7 +557,7 @@ impl Sector<'_> {
             places,
             method,
             size: DVec2::splat(self.side),
-        })
+        }))
     }
 
     /// The vertices of a spoke towards the centre, with their shares of its length from there on.

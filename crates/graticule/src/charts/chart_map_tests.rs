@@ -4,7 +4,11 @@ use glam::{DVec2, DVec3};
 use graticule_fixtures::icosphere;
 
 use super::chart_map::lay_down;
+use super::chart_map_assembly::Assembly;
+use super::chart_map_squares::Layouted;
 use super::layout_examples::{cube_net, torus_net};
+use super::split::plan_charts;
+use super::split_arcs::{finish_arcs, parameterize_arcs};
 use super::*;
 use crate::geometry::{face_areas, face_shapes};
 use crate::measure::{measure_map, orientation};
@@ -240,6 +244,36 @@ fn charts_between_closer_lines_keep_the_net_too() {
 }
 
 #[test]
+fn a_chart_that_would_need_too_many_squares_to_keep_the_net_does_not_keep_it() {
+    let squares = |length: f64| {
+        let mut net = cube_net(4);
+        let of_face = 2 * 4 * 4;
+        // One chart without coordinates, next to one whose side is so many spacings long.
+        for corner in (2 * of_face..3 * of_face).flat_map(|face| FaceId(face).halfedges()) {
+            net.coordinates[corner] = net.coordinates[corner].map(|place| place * length);
+        }
+        for corner in FaceId(4).halfedges() {
+            net.coordinates[corner] = None;
+        }
+        let options = ChartMapOptions {
+            keep_net: true,
+            improvement_steps: 0,
+            ..ChartMapOptions::default()
+        };
+        let (input, layout, maps) = maps(net, options);
+        check(&input, &maps);
+        let chart = layout.chart_of()[FaceId(4)];
+        let of_chart = maps.squares().iter().filter(|square| square.chart == chart);
+        (
+            of_chart.clone().count(),
+            of_chart.filter(|s| s.keeps_net).count(),
+        )
+    };
+    assert_eq!(squares(30.0), (33, 33));
+    assert_eq!(squares(70.0), (1, 0));
+}
+
+#[test]
 fn relaxation_lowers_the_kink_across_seams_and_flips_nothing() {
     let kink = |rounds: u32| {
         let options = ChartMapOptions {
@@ -282,6 +316,69 @@ fn relaxation_lowers_the_kink_across_seams_and_flips_nothing() {
     };
     let [before, after] = [kink(0), kink(30)];
     assert!(after < 0.8 * before, "{after} after, {before} before");
+}
+
+/// A cube on one face of which the vertices are drawn together in the middle of each side and of the
+/// face, as no net would have them.
+fn squeezed_cube() -> EmbeddedNet {
+    let mut net = cube_net(8);
+    let drawn = |&p: &DVec3| {
+        let far = p.z.to_bits() == 1.0_f64.to_bits();
+        let place = DVec3::new(p.x.powi(7), p.y.powi(7), p.z);
+        if far { place } else { p }
+    };
+    let moved = net.refined.surface.positions().map(drawn);
+    net.refined.surface = Surface::new(net.refined.surface.shared_mesh(), moved).unwrap();
+    net
+}
+
+#[test]
+fn charts_that_the_net_squeezes_are_laid_anew() {
+    for keep_net in [false, true] {
+        let options = ChartMapOptions {
+            keep_net,
+            ..ChartMapOptions::default()
+        };
+        let (input, _, maps) = maps(squeezed_cube(), options);
+        check(&input, &maps);
+        let counts = maps.counts();
+        assert_eq!([counts.keep_net, counts.squares], [6, 6]);
+        // The face itself, and those beside it, whose arcs it shares.
+        assert!(counts.mean_value >= 1 && counts.net >= 1, "{counts:?}");
+        let atlas = chart_atlas(&maps, &Arrangement::default(), &Watch::new()).unwrap();
+        let measure = measure_map(maps.surface(), &atlas.corner_uv, &Watch::new()).unwrap();
+        let energy = measure.distortion.unwrap().symmetric_dirichlet.unwrap();
+        assert!(energy < 5.5, "{energy}");
+    }
+}
+
+#[test]
+fn charts_that_cannot_be_split_go_onto_one_square_each() {
+    let net = icosahedron_net(3);
+    let input = net.refined.surface.clone();
+    let layout = ChartLayout::new(net).unwrap();
+    let mut arcs = parameterize_arcs(&layout, &vec![false; layout.arcs().len()]);
+    let plans = plan_charts(&layout, &mut arcs, false);
+    let shared = finish_arcs(&mut arcs, &layout);
+    let layouted = Layouted::new(&input, &layout, &arcs, 5);
+    let watch = Watch::new();
+    let mut assembly = Assembly::new(shared as usize);
+    for (index, plan) in plans.iter().enumerate() {
+        let chart = ChartId::from_index(index);
+        let outlined = layouted.outlined(chart, plan).unwrap();
+        // Every second chart is split: neighbours agree all the same.
+        let squares = match index % 2 {
+            0 => vec![outlined.unsplit(0.5, &watch).unwrap()],
+            _ => layouted.squares(chart, plan, &watch).unwrap(),
+        };
+        assembly.add(chart, squares, plan);
+    }
+    assembly.warn(&watch);
+    let maps = assembly.finish(&layout).unwrap();
+    check(&input, &maps);
+    let counts = maps.counts();
+    assert_eq!([counts.squares, counts.split_charts], [10 + 30, 10]);
+    assert_eq!(watch.warnings()[0].code, "charts-not-split");
 }
 
 #[test]
@@ -381,6 +478,7 @@ fn on_the_net_squares_meet_by_quarter_turns_and_whole_shifts() {
         cube_with_singularities(4),
         icosahedron_net(2),
         torus_net(4, 3, 2),
+        squeezed_cube(),
     ] {
         let options = ChartMapOptions {
             keep_net: true,

@@ -144,12 +144,6 @@ pub enum ChartMapError {
         /// What is wrong with it.
         reason: BoundaryError,
     },
-    /// The lines that split a chart went astray.
-    #[error("double precision does not suffice to split {chart} from its centre")]
-    Spokes {
-        /// The chart.
-        chart: ChartId,
-    },
     /// A chart could not be laid onto its polygon.
     #[error("{chart}: {reason}")]
     Chart {
@@ -180,9 +174,6 @@ impl Hint for ChartMapError {
         match self {
             Self::OtherInput => Some("give the surface that the layout was made from".into()),
             Self::Border { .. } | Self::Polygon { .. } | Self::Mesh(_) => None,
-            Self::Spokes { .. } => {
-                Some("make charts smaller, or lay them out along a periodic map".into())
-            }
             Self::Chart { reason, .. } => reason.hint(),
             Self::Stopped(stopped) => stopped.hint(),
         }

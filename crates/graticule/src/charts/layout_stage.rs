@@ -412,7 +412,8 @@ fn singular_area_share(layout: &ChartLayout) -> f64 {
     let areas = face_areas(&face_shapes(layout.surface()));
     let is_singular = |face| layout.chart(layout.chart_of()[face]).kind != ChartKind::Regular;
     let singular = areas.enumerate().filter(|&(face, _)| is_singular(face));
-    singular.map(|(_, area)| area).sum::<f64>() / areas.iter().sum::<f64>()
+    // The sum of no numbers would be -0.
+    singular.fold(0.0, |sum, (_, area)| sum + area) / areas.iter().sum::<f64>()
 }
 
 fn report(layout: &ChartLayout, cells: &NetCells, left_out: usize) -> LayoutReport {

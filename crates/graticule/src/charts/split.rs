@@ -12,6 +12,10 @@ use crate::tolerance::WHOLE_LENGTH;
 /// quarter of a spacing apart where charts were no disks.
 const UNITS: [f64; 5] = [1.0, 0.5, 0.25, 0.125, 0.0625];
 
+/// Most squares of one chart that keep the net: a chart with more units along its border has far less
+/// area than they would need, and its net is not worth keeping.
+const MOST_PARTS: u32 = 64;
+
 /// What is to become of a chart.
 #[derive(Clone, Debug)]
 pub(super) struct ChartPlan {
@@ -138,7 +142,7 @@ fn shape(outline: &Outline) -> PlannedShape {
 }
 
 /// A rectangle of the net if the sides allow it, else a square for each unit of the outline's length;
-/// `None` if the corners are not at whole units.
+/// `None` if the corners are not at whole units, or these are too many.
 fn whole_shape(outline: &Outline, unit: f64) -> Option<PlannedShape> {
     if !(outline.corners.iter()).all(|&length| is_whole(length / unit)) {
         return None;
@@ -158,7 +162,7 @@ fn whole_shape(outline: &Outline, unit: f64) -> Option<PlannedShape> {
             corners,
             size: DVec2::splat(unit),
         }),
-        3.. => Some(PlannedShape::Split {
+        3..=MOST_PARTS => Some(PlannedShape::Split {
             corners,
             middles: places(0.5).collect(),
             side: 0.5 * unit,

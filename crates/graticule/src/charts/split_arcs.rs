@@ -4,7 +4,7 @@ use glam::DVec2;
 
 use super::{Arc, ArcId, Chart, ChartKind, ChartLayout, Direction};
 use crate::mesh::{Element, HalfedgeId, VertexId};
-use crate::tolerance::{SAME_ARC_PLACE, SHORTEST_ARC_STEP};
+use crate::tolerance::{SAME_ARC_PLACE, SHORTEST_ARC_STEP, SQUEEZED_ARC};
 
 /// A vertex of an arc once it is split.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,8 +33,8 @@ pub(super) struct ParameterizedArc {
     pub(super) stops: Vec<ArcStop>,
 }
 
-/// Gives each arc a parameter: the net's where a chart beside it is regular, else its length; on those
-/// that are to be even one that grows by the same with each step.
+/// Gives each arc a parameter: the net's where a chart beside it is regular and the net does not squeeze
+/// the arc, else its length; on those that are to be even one that grows by the same with each step.
 pub(super) fn parameterize_arcs(layout: &ChartLayout, is_even: &[bool]) -> Vec<ParameterizedArc> {
     let of_arc = |(arc, &is_even): (&Arc, &bool)| {
         let (mut parameters, space_length) = by_length(layout, &arc.vertices);
@@ -58,7 +58,8 @@ pub(super) fn parameterize_arcs(layout: &ChartLayout, is_even: &[bool]) -> Vec<P
                 if known.net_length.is_none()
                     && let Some((parameters, length)) = by_net(layout, arc, direction)
                 {
-                    if !is_even[arc.index()] {
+                    let squeezed = squeeze(&parameters, &known.parameters) > SQUEEZED_ARC;
+                    if !is_even[arc.index()] && !squeezed {
                         known.parameters = parameters;
                     }
                     known.net_length = Some(length);
@@ -137,6 +138,18 @@ impl ParameterizedArc {
         }
         stops
     }
+}
+
+/// How much steps along an arc are shorter or longer than they are in space: the mean, along it, of
+/// half the sum of both squared; 1 where they are in proportion.
+fn squeeze(parameters: &[f64], by_length: &[f64]) -> f64 {
+    let steps = parameters.windows(2).zip(by_length.windows(2));
+    let squeezed = steps.map(|(steps, lengths)| {
+        let [step, length] = [steps, lengths].map(|ends| ends[1] - ends[0]);
+        let square = (step / length).powi(2);
+        0.5 * length * (square + 1.0 / square)
+    });
+    squeezed.sum()
 }
 
 /// Shares of the length along a chain, and the length.
@@ -330,5 +343,20 @@ impl Outline {
             Direction::Backward => 1.0 - place.share,
         };
         arcs[passage.arc.index()].mark(share);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_in_proportion_to_length_are_not_squeezed_and_others_are_by_their_ratio() {
+        let lengths = [0.0, 0.25, 0.5, 1.0];
+        assert!((squeeze(&lengths, &lengths) - 1.0).abs() < 1e-15);
+        // Half the length at a third of its share, half of it at five thirds.
+        let third = [0.0, 1.0 / 6.0, 1.0];
+        let expected = 0.25 * (1.0 / 9.0 + 9.0 + 25.0 / 9.0 + 9.0 / 25.0);
+        assert!((squeeze(&third, &[0.0, 0.5, 1.0]) - expected).abs() < 1e-12);
     }
 }

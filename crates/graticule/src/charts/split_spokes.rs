@@ -27,6 +27,7 @@ pub(super) fn cut_spokes(disk: &mut ChartDisk, uvs: &[DVec2], ends: &[u32]) -> O
     let centre = insert_centre(disk, &mut uvs)?;
     let unsplit = disk.clone();
     if let Some(paths) = straight_paths(disk, &mut uvs, centre, ends)
+        && meet_in_centre_alone(&paths, &unsplit)
         && let Some(sectors) = sectors(disk, &arrivals)
     {
         return Some(Spokes { paths, sectors });
@@ -50,6 +51,22 @@ fn straight_paths(
         separate(disk, path);
     }
     Some(paths)
+}
+
+/// Whether paths share nothing but where they begin, and have nothing but their ends on the border.
+fn meet_in_centre_alone(paths: &[Vec<u32>], disk: &ChartDisk) -> bool {
+    let inner = paths.iter().flat_map(|path| &path[1..path.len() - 1]);
+    let mut inner: Vec<u32> = inner.copied().collect();
+    inner.sort_unstable();
+    let has_twice = inner.windows(2).any(|pair| pair[0] == pair[1]);
+    // Later vertices were made inside.
+    let of_disk = inner
+        .iter()
+        .take_while(|&&vertex| (vertex as usize) < disk.positions.len());
+    !has_twice
+        && of_disk
+            .copied()
+            .all(|vertex| disk.border_halfedge(vertex).is_none())
 }
 
 /// Cuts along paths found by which triangles share edges alone: what lies between those cut before is

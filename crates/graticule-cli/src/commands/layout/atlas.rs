@@ -177,7 +177,7 @@ impl Atlas {
             let unit = kept.map_or(1.0, |(placement, square)| square.size.x / placement.size.x);
             // Two at least: the pattern repeats at whole coordinates.
             let count = (SQUARES_ON_NET * unit).round().max(2.0);
-            return self.packed.corner_uv.map(|&uv| uv * count);
+            return self.packed.corner_uv.map(|&uv| on_net(uv, count));
         }
         let area: f64 = placements.iter().map(|p| p.size.x * p.size.y).sum();
         let net_area: f64 = (self.maps.squares().iter())
@@ -190,6 +190,12 @@ impl Atlas {
             self.maps.coordinates()[corner] * counts(placements[square].size)
         })
     }
+}
+
+/// The place in a checker on a net. A quarter turn about the middle of one of its squares leaves it as
+/// it is, one about a corner would exchange the colours: whole coordinates are in the middle of squares.
+fn on_net(uv: DVec2, count: f64) -> DVec2 {
+    uv * count + 0.5
 }
 
 /// The length of a seam in space, 0 along the boundary.
@@ -205,4 +211,25 @@ fn length(surface: &Surface, seam: &Seam) -> f64 {
                 .distance(surface.position(ends[1]))
         })
         .sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_checker_on_a_net_goes_on_over_quarter_turns_and_whole_shifts() {
+        let is_dark = |uv: DVec2| {
+            let square = on_net(uv, SQUARES_ON_NET).floor();
+            (square.x + square.y).rem_euclid(2.0) > 0.5
+        };
+        let here = DVec2::new(0.318, 0.723);
+        let shift = DVec2::new(3.0, -8.0);
+        let mut there = here;
+        for _ in 0..4 {
+            there = there.perp();
+            assert_eq!(is_dark(here), is_dark(there + shift), "{there}");
+        }
+        assert_ne!(is_dark(here), is_dark(here + DVec2::X / SQUARES_ON_NET));
+    }
 }

@@ -25,8 +25,9 @@ pub(crate) struct AtlasArguments {
     /// As many UDIM tiles as so many texels in a unit of length need
     #[arg(long, value_name = "TEXELS", value_parser = parse_density, conflicts_with = "udim")]
     texel_density: Option<f64>,
-    /// Whole coordinates at every corner of a chart: a pattern repeated once for each spacing of lines
-    /// (a quarter of a chart with an integer grid map) shows no seam
+    /// Whole coordinates at every corner of a chart: a pattern that a quarter turn leaves as it is,
+    /// repeated once for each spacing of lines (a quarter of a chart with an integer grid map), shows no
+    /// seam
     #[arg(long, conflicts_with_all = ["udim", "texel_density", "texture", "normal_map"])]
     grid_seams: bool,
     /// Most steps to less distortion in each chart with singularities; 0 for mean value coordinates
