@@ -105,12 +105,11 @@ impl QuadSizing {
         if self.adaptivity <= 1.0 && self.anisotropy <= 1.0 {
             return Ok(());
         }
-        let curvatures = match &field.curvatures {
-            Some(curvatures) => curvatures.clone(),
-            None => {
-                let own = IntrinsicTriangulation::of(surface).map_err(IntegerGridError::from)?;
-                principal_curvatures(surface, &own, &CurvatureOptions::default(), watch)?
-            }
+        let curvatures = if let Some(curvatures) = &field.curvatures {
+            curvatures.clone()
+        } else {
+            let own = IntrinsicTriangulation::of(surface).map_err(IntegerGridError::from)?;
+            principal_curvatures(surface, &own, &CurvatureOptions::default(), watch)?
         };
         if self.adaptivity > 1.0 {
             let side = side_length(surface, options.density);
