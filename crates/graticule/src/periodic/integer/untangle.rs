@@ -110,7 +110,7 @@ impl SettledNet<'_> {
     /// Rearranges the neighbourhoods of triangles that are positive and much distorted, larger ones in
     /// each round, so that the distortion of the whole neighbourhood falls. What is whole stays.
     pub(super) fn relax_squeezed(&mut self, rounds: usize, watch: &Watch) -> Result<(), Stopped> {
-        let mut effort = MOST_RELAXATION * self.mesh.face_count();
+        let mut effort = MOST_EFFORT * self.mesh.face_count();
         for round in 0..rounds {
             let faces = self.mesh.faces();
             let squeezed: Vec<FaceId> = faces.filter(|&face| self.is_squeezed(face)).collect();
@@ -249,16 +249,13 @@ const WORTHWHILE_GAIN: f64 = 1e-2;
 /// Visits of each triangle of the surface, in the mean, in the search for places without flips.
 ///
 /// Surfaces on which all flips go take a few dozen.
-const MOST_EFFORT: usize = 80;
+const MOST_EFFORT: usize = 200;
 
 /// So few flipped triangles are worth every round.
 const FEW_FLIPS: usize = 200;
 
 /// The one part of so many flipped triangles that has to go in a round for another one.
 const PROGRESS: usize = 20;
-
-/// The most visits where none is flipped any more, for less distortion.
-const MOST_RELAXATION: usize = 200;
 
 /// Times that the regularisation is made weaker.
 const MOST_REGULARISATIONS: usize = 25;

@@ -73,10 +73,9 @@ const RELEASES: usize = 3;
 /// Times that each vertex of a trial is moved at most before that.
 const SWEEPS: usize = 4;
 
-/// Trials in all, and one more for so many polygons: half as many again as the worst model takes on
-/// which they help. Where all polygons are poor, as on a few needles, each takes long and none helps.
+/// Trials in all, and one more for each polygon: more than any model takes on which they help. Where
+/// all polygons are poor, as on a few needles, each takes long and none helps.
 const MOST_TRIALS: usize = 300;
-const POLYGONS_PER_TRIAL: usize = 10;
 
 /// What a polygon that is turned over counts beside what it lacks.
 const INVERTED: f64 = 1.0;
@@ -130,7 +129,7 @@ pub fn mend(
     let _stage = watch.stage("mend quads");
     let ground = Ground::of(surface, features);
     let mut mender = Mender {
-        trials_left: MOST_TRIALS + mesh.polygons.len() / POLYGONS_PER_TRIAL,
+        trials_left: MOST_TRIALS + mesh.polygons.len(),
         quilt: Quilt::of(mesh, &ground),
         ground,
         watch,
