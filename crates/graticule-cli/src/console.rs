@@ -3,6 +3,7 @@
 
 use std::io::{self, ErrorKind, IsTerminal, Write};
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use graticule::watch::Event;
@@ -20,6 +21,8 @@ pub(crate) struct Console {
     start: Instant,
     depth: AtomicUsize,
     bar: Option<ProgressBar>,
+    /// Whether a failure was told, which is the last line.
+    ended: Mutex<bool>,
 }
 
 impl Console {
@@ -33,6 +36,7 @@ impl Console {
             start: Instant::now(),
             depth: AtomicUsize::new(0),
             bar: (terminal && !quiet).then(|| ProgressBar::new(BAR_STEPS).with_style(spinner())),
+            ended: Mutex::new(false),
         }
     }
 
@@ -76,13 +80,21 @@ impl Console {
 
     /// A line to standard error, unless the user wants quiet.
     pub(crate) fn line(&self, text: &str) {
-        if !self.quiet {
+        let ended = self.ended.lock().unwrap_or_else(PoisonError::into_inner);
+        if !self.quiet && !*ended {
             self.above_bar(|| eprintln_lossy(text));
         }
     }
 
     /// Tells of a failure: one line of fact, one of advice, even to a user who wants quiet.
+    ///
+    /// A guard that ends the program and the work that it ends may both come here: the first is
+    /// heard, and nothing after it.
     pub(crate) fn failure(&self, failure: &Failure) {
+        let mut ended = self.ended.lock().unwrap_or_else(PoisonError::into_inner);
+        if std::mem::replace(&mut *ended, true) {
+            return;
+        }
         self.finish();
         eprintln_lossy(&self.label("error", "1;31", &failure.fact));
         eprintln_lossy(&self.label("hint", "36", &failure.hint));
