@@ -3,7 +3,7 @@
 
 use std::io::{self, ErrorKind, IsTerminal, Write};
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use graticule::watch::Event;
@@ -80,7 +80,7 @@ impl Console {
 
     /// A line to standard error, unless the user wants quiet.
     pub(crate) fn line(&self, text: &str) {
-        let ended = self.ended.lock().unwrap_or_else(PoisonError::into_inner);
+        let ended = lock(&self.ended);
         if !self.quiet && !*ended {
             self.above_bar(|| eprintln_lossy(text));
         }
@@ -91,7 +91,7 @@ impl Console {
     /// A guard that ends the program and the work that it ends may both come here: the first is
     /// heard, and nothing after it.
     pub(crate) fn failure(&self, failure: &Failure) {
-        let mut ended = self.ended.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut ended = lock(&self.ended);
         if std::mem::replace(&mut *ended, true) {
             return;
         }
@@ -159,4 +159,9 @@ fn shares() -> ProgressStyle {
 
 fn style(template: &str) -> ProgressStyle {
     ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
+}
+
+/// What a panic under the lock left is taken as it is.
+pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

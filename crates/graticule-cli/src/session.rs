@@ -3,7 +3,7 @@
 use std::mem;
 use std::process;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError, mpsc};
+use std::sync::{Arc, Mutex, TryLockError, mpsc};
 use std::thread;
 use std::time::Duration;
 
@@ -12,7 +12,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 use crate::arguments::{Command, CommonOptions};
-use crate::console::Console;
+use crate::console::{Console, lock};
 use crate::failure::Failure;
 use crate::output::write_whole;
 use crate::report::{Report, to_value};
@@ -197,8 +197,4 @@ fn await_end(signals: &Receiver<()>, writing: &Mutex<()>) {
 
 fn is_held(mutex: &Mutex<()>) -> bool {
     matches!(mutex.try_lock(), Err(TryLockError::WouldBlock))
-}
-
-fn lock(mutex: &Mutex<()>) -> MutexGuard<'_, ()> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

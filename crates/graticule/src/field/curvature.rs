@@ -42,6 +42,13 @@ pub struct PrincipalCurvature {
     pub confidence: f64,
 }
 
+impl PrincipalCurvature {
+    /// The larger size of the two.
+    pub(crate) fn largest(&self) -> f64 {
+        self.max.abs().max(self.min.abs())
+    }
+}
+
 /// The principal curvatures and directions at each vertex, by normal cycles: each edge counts with
 /// its dihedral angle and length along its own direction
 /// (D. Cohen-Steiner, J.-M. Morvan, *Restricted Delaunay Triangulations and Normal Cycle*, 2003),

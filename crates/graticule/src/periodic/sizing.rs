@@ -47,7 +47,7 @@ pub fn curvature_density(
         });
     }
     let wanted = curvatures.map(|curvature| {
-        let bend = curvature.max.abs().max(curvature.min.abs()) * sizing.chart_size;
+        let bend = curvature.largest() * sizing.chart_size;
         // What is not a number is no bend.
         libm::log((bend / sizing.angle).max(1.0).min(sizing.range))
     });

@@ -139,7 +139,7 @@ impl QuadSizing {
         let bends = areas.enumerate().map(|(vertex, area)| {
             let curvature: PrincipalCurvature = curvatures[vertex];
             // What is not a number is no bend.
-            let bend = (side * largest(&curvature)).max(0.0);
+            let bend = (side * curvature.largest()).max(0.0);
             area * bend.min(SHARPEST_BEND_IN_QUADS)
         });
         let mean = bends.sum::<f64>() / areas.iter().sum::<f64>();
@@ -160,7 +160,7 @@ impl QuadSizing {
     /// as the direction is known.
     fn stretch(&self, curvature: &PrincipalCurvature) -> Stretch {
         let (more, less) = (
-            largest(curvature),
+            curvature.largest(),
             curvature.max.abs().min(curvature.min.abs()),
         );
         let ratio = (more / less.max(f64::MIN_POSITIVE)).sqrt();
@@ -183,10 +183,6 @@ impl QuadSizing {
             .max(1.0),
         }
     }
-}
-
-fn largest(curvature: &PrincipalCurvature) -> f64 {
-    curvature.max.abs().max(curvature.min.abs())
 }
 
 /// The places of several densities, that of the finest first.

@@ -2,25 +2,21 @@
 
 use std::sync::Arc;
 
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
-use faer::linalg::cholesky::llt::factor::LltRegularization;
-use faer::sparse::linalg::cholesky::LltRef;
-use faer::{Conj, MatMut, Par, Side, Spec};
+use faer::c64;
 
-use super::memory::{memory, zeros};
+use super::multifrontal::Multifrontal;
 use super::solution::{Factored, Solution, solve_checked};
 use super::{Ordering, SolveError, Symbolic, SymmetricMatrix};
 use crate::tolerance;
 
 /// `A = L Lᵀ` for a symmetric positive definite `A`.
 ///
-/// One thread: triangular solves get slower with more, and the result is the same however many there are.
-/// Nothing depends on the matrix's scale: `L` has the square root of its size.
+/// Subtrees of the elimination are factored side by side; the result is the same for any number of
+/// threads. Nothing depends on the matrix's scale: `L` has the square root of its size.
 #[derive(Clone, Debug)]
 pub struct Cholesky {
     symbolic: Arc<Symbolic>,
-    factor: Vec<f64>,
+    factor: Arc<Multifrontal>,
     matrix: SymmetricMatrix,
     norm: f64,
 }
@@ -42,25 +38,11 @@ impl Cholesky {
     /// [`SolveError::PatternMismatch`], [`SolveError::OutOfMemory`].
     pub fn factor(symbolic: &Arc<Symbolic>, matrix: &SymmetricMatrix) -> Result<Self, SolveError> {
         symbolic.check_pattern(matrix.lower().pattern())?;
-        let mut factor = zeros(symbolic.faer().len_val())?;
-        let plan = symbolic.faer();
-        let scratch = plan.factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default());
-        let done = plan.factorize_numeric_llt(
-            &mut factor,
-            matrix.lower().faer(),
-            Side::Lower,
-            LltRegularization::default(),
-            Par::Seq,
-            MemStack::new(&mut memory(scratch)?),
-            Spec::default(),
-        );
-        if done.is_err() {
-            return Err(first_bad_pivot(symbolic, matrix)?);
-        }
-        check_pivots(symbolic, matrix, &factor)?;
+        let factor = Multifrontal::new(symbolic.plan(), matrix.lower().values())?;
+        check_pivots(&factor, matrix)?;
         Ok(Self {
             symbolic: Arc::clone(symbolic),
-            factor,
+            factor: Arc::new(factor),
             norm: matrix.row_sum_norm(),
             matrix: matrix.clone(),
         })
@@ -72,8 +54,7 @@ impl Cholesky {
         &self.symbolic
     }
 
-    /// The entries of `L`, as the plan lays them out.
-    pub(super) fn values(&self) -> &[f64] {
+    pub(super) fn multifrontal(&self) -> &Multifrontal {
         &self.factor
     }
 
@@ -109,54 +90,37 @@ impl Factored for Cholesky {
         self.matrix.multiply_into(input, output);
     }
 
-    fn solve_in_place(&self, columns: &mut [f64]) {
-        let order = self.order();
-        if order == 0 {
-            return;
+    fn solve_in_place(&self, columns: &mut [f64]) -> Result<(), SolveError> {
+        // Two columns as one complex one: the factor is read once for both.
+        for pair in columns.chunks_mut(2 * self.order().max(1)) {
+            let (one, other) = pair.split_at_mut(self.order());
+            let imaginary = other.iter().copied().chain(std::iter::repeat(0.0));
+            let both = one.iter().zip(imaginary);
+            let both: Vec<c64> = both.map(|(&re, im)| c64::new(re, im)).collect();
+            let solved = self.factor.solve(&both)?;
+            for (value, solved) in one.iter_mut().zip(&solved) {
+                *value = solved.re;
+            }
+            for (value, solved) in other.iter_mut().zip(&solved) {
+                *value = solved.im;
+            }
         }
-        let count = columns.len() / order;
-        let plan = self.symbolic.faer();
-        let mut memory = MemBuffer::new(plan.solve_in_place_scratch::<f64>(count, Par::Seq));
-        LltRef::new(plan, &self.factor).solve_in_place_with_conj(
-            Conj::No,
-            MatMut::from_column_major_slice_mut(columns, order, count),
-            Par::Seq,
-            MemStack::new(&mut memory),
-        );
+        Ok(())
     }
 }
 
-fn check_pivots(
-    symbolic: &Symbolic,
-    matrix: &SymmetricMatrix,
-    factor: &[f64],
-) -> Result<(), SolveError> {
-    for (place, root) in symbolic.diagonal(factor).enumerate() {
-        let column = symbolic.unknown_at(place);
+fn check_pivots(factor: &Multifrontal, matrix: &SymmetricMatrix) -> Result<(), SolveError> {
+    let unknowns = factor.plan().order();
+    let own = matrix.diagonal();
+    for (column, &unknown) in factor.real_columns().zip(unknowns) {
+        let root = column.values[0];
         let pivot = root * root;
-        let own = matrix.lower().get(column, column);
+        let column = unknown as usize;
         // Not `<`: what is not a number is not positive either.
-        let positive = pivot > tolerance::SINGULAR_PIVOT * own;
+        let positive = pivot > tolerance::SINGULAR_PIVOT * own[column];
         if !positive || !root.is_finite() {
             return Err(SolveError::NotPositiveDefinite { column, pivot });
         }
     }
     Ok(())
-}
-
-/// Finds the pivot at which Cholesky stopped: the first of `L D Lᵀ` that is not positive.
-fn first_bad_pivot(
-    symbolic: &Symbolic,
-    matrix: &SymmetricMatrix,
-) -> Result<SolveError, SolveError> {
-    let (factor, _) = symbolic.factor_ldlt(matrix, LdltRegularization::default())?;
-    let (place, pivot) = symbolic
-        .diagonal(&factor)
-        .enumerate()
-        .find(|&(_, pivot)| pivot.is_nan() || pivot <= 0.0)
-        .unwrap_or((0, 0.0));
-    Ok(SolveError::NotPositiveDefinite {
-        column: symbolic.unknown_at(place),
-        pivot,
-    })
 }

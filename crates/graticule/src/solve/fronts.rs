@@ -12,13 +12,12 @@ use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::lu::partial_pivoting::factor::{lu_in_place, lu_in_place_scratch};
 use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve as triangular;
-use faer::sparse::linalg::cholesky::SymbolicCholeskyRaw;
-use faer::sparse::linalg::cholesky::supernodal::SymbolicSupernodalCholesky;
 use faer::{Accum, MatMut, MatRef, Par, Spec};
 
 use super::memory::zeros;
+use super::multifrontal::Plan;
 use super::solution::largest;
-use super::{SolveError, SparseMatrix, Symbolic};
+use super::{SolveError, SparseMatrix};
 use crate::tolerance;
 
 /// The factors of one block of columns.
@@ -73,19 +72,17 @@ impl From<SolveError> for FrontError {
 impl FrontalLu {
     /// Factors `matrix`, whose rows and columns stand in elimination order and whose largest
     /// entries are near one in every row and column.
-    pub(super) fn factor(symbolic: &Symbolic, matrix: &SparseMatrix) -> Result<Self, FrontError> {
-        let SymbolicCholeskyRaw::Supernodal(plan) = symbolic.faer().raw() else {
-            return Err(FrontError::WeakPivot);
-        };
+    pub(super) fn factor(plan: &Plan, matrix: &SparseMatrix) -> Result<Self, FrontError> {
+        let count = plan.blocks().len();
         let mut assembly = Assembly {
             columns: matrix,
             rows: &matrix.transpose(),
             places: vec![0; matrix.rows()],
-            updates: vec![Vec::new(); plan.n_supernodes()],
+            updates: vec![Vec::new(); count],
             children: children(plan),
         };
-        let mut blocks = Vec::with_capacity(plan.n_supernodes());
-        for index in 0..plan.n_supernodes() {
+        let mut blocks = Vec::with_capacity(count);
+        for index in 0..count {
             let (block, update) = assembly.eliminate(plan, index, &blocks)?;
             blocks.push(block);
             assembly.updates[index] = update;
@@ -114,13 +111,12 @@ impl FrontalLu {
     }
 }
 
-/// The block that eliminates a block's first row below is the one it passes on to.
-fn children(plan: &SymbolicSupernodalCholesky<u32>) -> Vec<Vec<usize>> {
-    let mut children = vec![Vec::new(); plan.n_supernodes()];
-    for block in 0..plan.n_supernodes() {
-        if let Some(&first) = plan.supernode(block).pattern().first() {
-            let parent = plan.supernode_end().partition_point(|&end| end <= first);
-            children[parent].push(block);
+/// The blocks that pass on to each block.
+fn children(plan: &Plan) -> Vec<Vec<usize>> {
+    let mut children = vec![Vec::new(); plan.blocks().len()];
+    for (index, block) in plan.blocks().iter().enumerate() {
+        if let Some(parent) = block.parent {
+            children[parent].push(index);
         }
     }
     children
@@ -129,13 +125,14 @@ fn children(plan: &SymbolicSupernodalCholesky<u32>) -> Vec<Vec<usize>> {
 impl Assembly<'_> {
     fn eliminate(
         &mut self,
-        plan: &SymbolicSupernodalCholesky<u32>,
+        plan: &Plan,
         index: usize,
         blocks: &[Block],
     ) -> Result<(Block, Vec<f64>), FrontError> {
-        let below = plan.supernode(index).pattern().to_vec();
-        let begin = plan.supernode_begin()[index] as usize;
-        let columns = plan.supernode_end()[index] as usize - begin;
+        let planned = &plan.blocks()[index];
+        let below = plan.rows_below(planned).to_vec();
+        let begin = planned.columns.start;
+        let columns = planned.width();
         let mut block = Block {
             lower: zeros(columns * (columns + below.len()))?,
             upper: zeros(columns * below.len())?,

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use faer::c64;
 
-use super::multifrontal::Multifrontal;
+use super::multifrontal::{Multifrontal, Plan};
 use super::pattern::{Pattern, check_size};
 use super::{Ordering, SolveError, SymmetricMatrix};
 
@@ -191,6 +191,7 @@ impl HermitianMatrix {
 /// A Cholesky factorisation `LLᴴ`, held for several right-hand sides.
 ///
 /// What only real numbers reach is factored and kept in real numbers.
+#[derive(Debug)]
 pub struct HermitianCholesky {
     factor: Multifrontal,
 }
@@ -203,7 +204,10 @@ impl HermitianCholesky {
     /// [`SolveError::OutOfMemory`] the size that was too much.
     pub fn new(matrix: &HermitianMatrix, ordering: &Ordering) -> Result<Self, SolveError> {
         SolveError::check_length("unknowns in order", ordering.len(), matrix.order())?;
-        let factor = Multifrontal::new(matrix, ordering)?;
+        let complex = matrix.complex_unknowns();
+        let is_complex = |unknown: u32| complex[unknown as usize];
+        let plan = Plan::new(matrix.pattern(), ordering, is_complex);
+        let factor = Multifrontal::new(&Arc::new(plan), &matrix.values)?;
         Ok(Self { factor })
     }
 
@@ -223,16 +227,6 @@ impl HermitianCholesky {
     #[must_use]
     pub fn factor_entries(&self) -> [usize; 2] {
         self.factor.entries()
-    }
-}
-
-impl std::fmt::Debug for HermitianCholesky {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        formatter
-            .debug_struct("HermitianCholesky")
-            .field("order", &self.factor.order())
-            .field("factor_entries", &self.factor.entries())
-            .finish()
     }
 }
 

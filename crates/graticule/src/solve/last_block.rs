@@ -1,7 +1,5 @@
 //! The block of a factor that belongs to the unknowns eliminated last.
 
-use faer::sparse::linalg::cholesky::SymbolicCholeskyRaw;
-
 use super::{Cholesky, SolveError};
 
 impl Cholesky {
@@ -25,51 +23,24 @@ impl Cholesky {
         let count = last.len();
         let mut factor = vec![0.0; count * count];
         let mut misplaced = None;
-        self.for_each_entry(|row, column, value| {
-            let [row, column] = [row, column].map(|unknown| place_in_last[unknown]);
-            match (row, column) {
-                (_, u32::MAX) => {}
-                (row, column) if row == u32::MAX || row < column => misplaced = Some(column),
-                (row, column) => factor[row as usize * count + column as usize] = value,
+        let unknowns = self.symbolic().plan().order();
+        for column in self.multifrontal().real_columns() {
+            let place_of = |row: usize| place_in_last[unknowns[row] as usize];
+            let own = place_of(column.own.start);
+            if own == u32::MAX {
+                continue;
             }
-        });
+            let below = column.below.iter().map(|&row| row as usize);
+            for (row, &value) in column.own.chain(below).zip(column.values) {
+                match place_of(row) {
+                    row if row == u32::MAX || row < own => misplaced = Some(own),
+                    row => factor[row as usize * count + own as usize] = value,
+                }
+            }
+        }
         match misplaced {
             Some(column) => Err(bad(last[column as usize], "eliminated before others")),
             None => Ok(factor),
-        }
-    }
-
-    /// Calls with row, column (numbers of the caller's unknowns) and value for each entry of `L`.
-    fn for_each_entry(&self, mut call: impl FnMut(usize, usize, f64)) {
-        let plan = self.symbolic().faer();
-        let unknown = |place: usize| self.symbolic().unknown_at(place);
-        match plan.raw() {
-            SymbolicCholeskyRaw::Simplicial(simplicial) => {
-                for column in 0..plan.ncols() {
-                    let ends = [column, column + 1].map(|c| simplicial.col_ptr()[c] as usize);
-                    for entry in ends[0]..ends[1] {
-                        let row = simplicial.row_idx()[entry] as usize;
-                        call(unknown(row), unknown(column), self.values()[entry]);
-                    }
-                }
-            }
-            SymbolicCholeskyRaw::Supernodal(supernodal) => {
-                for block in 0..supernodal.n_supernodes() {
-                    let start = supernodal.col_ptr_for_val()[block] as usize;
-                    let begin = supernodal.supernode_begin()[block] as usize;
-                    let end = supernodal.supernode_end()[block] as usize;
-                    let below = supernodal.supernode(block).pattern();
-                    let rows: Vec<usize> = (begin..end)
-                        .chain(below.iter().map(|&row| row as usize))
-                        .collect();
-                    for column in 0..end - begin {
-                        for (place, &row) in rows.iter().enumerate().skip(column) {
-                            let value = self.values()[start + column * rows.len() + place];
-                            call(unknown(row), unknown(begin + column), value);
-                        }
-                    }
-                }
-            }
         }
     }
 }

@@ -2,13 +2,17 @@
 
 use std::sync::Arc;
 
-use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::dyn_stack::MemStack;
 use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
-use faer::sparse::linalg::cholesky::LdltRef;
-use faer::{Conj, MatMut, Par};
+use faer::sparse::linalg::cholesky::{
+    CholeskySymbolicParams, LdltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
+    factorize_symbolic_cholesky,
+};
+use faer::{Conj, MatMut, Par, Side, Spec};
 
+use super::memory::{memory, zeros};
 use super::solution::{Factored, Solution, power_of_two, solve_checked};
-use super::{SolveError, Symbolic, SymmetricMatrix};
+use super::{Ordering, SolveError, SymmetricMatrix};
 use crate::tolerance;
 
 /// Refinement steps allowed; each gains the digits that the regularisation cost.
@@ -22,7 +26,7 @@ const REFINEMENTS: usize = 12;
 /// without a diagonal entry comes after one that it meets.
 #[derive(Clone, Debug)]
 pub struct Ldlt {
-    symbolic: Arc<Symbolic>,
+    plan: Arc<SymbolicCholesky<u32>>,
     factor: Vec<f64>,
     scaled: SymmetricMatrix,
     scales: Vec<f64>,
@@ -30,27 +34,26 @@ pub struct Ldlt {
 }
 
 impl Ldlt {
-    /// Factors a matrix with the pattern for which `symbolic` was made. `signs` tells for each
-    /// unknown whether its pivot is expected to be positive (`1`) or negative (`-1`).
+    /// Factors a matrix, eliminating in the given order. `signs` tells for each unknown whether its
+    /// pivot is expected to be positive (`1`) or negative (`-1`).
     ///
     /// # Errors
-    /// [`SolveError::Singular`] where a pivot overflows, [`SolveError::PatternMismatch`],
-    /// [`SolveError::LengthMismatch`] unless there is one sign per unknown,
-    /// [`SolveError::OutOfMemory`].
-    pub fn factor(
-        symbolic: &Arc<Symbolic>,
+    /// [`SolveError::Singular`] where a pivot overflows, [`SolveError::LengthMismatch`] unless there
+    /// is one place in order, and one sign, per unknown, [`SolveError::OutOfMemory`].
+    pub fn new(
         matrix: &SymmetricMatrix,
+        ordering: &Ordering,
         signs: Option<&[i8]>,
     ) -> Result<Self, SolveError> {
-        symbolic.check_pattern(matrix.lower().pattern())?;
+        SolveError::check_length("ordered unknowns", ordering.len(), matrix.order())?;
         if let Some(signs) = signs {
             SolveError::check_length("signs", signs.len(), matrix.order())?;
         }
+        let plan = plan(matrix, ordering)?;
         let (scaled, scales) = equilibrated(matrix)?;
-        let factor = factor_values(symbolic, &scaled, signs)?;
         Ok(Self {
-            symbolic: Arc::clone(symbolic),
-            factor,
+            factor: factor_values(&plan, &scaled, signs)?,
+            plan: Arc::new(plan),
             norm: scaled.row_sum_norm(),
             scaled,
             scales,
@@ -71,8 +74,20 @@ impl Ldlt {
     }
 }
 
+fn plan(
+    matrix: &SymmetricMatrix,
+    ordering: &Ordering,
+) -> Result<SymbolicCholesky<u32>, SolveError> {
+    let pattern = matrix.lower().pattern();
+    let bytes = pattern.entries() * size_of::<u32>();
+    let order = SymmetricOrdering::Custom(ordering.faer());
+    let params = CholeskySymbolicParams::default();
+    factorize_symbolic_cholesky(pattern.faer(), Side::Lower, order, params)
+        .map_err(|_| SolveError::OutOfMemory { bytes })
+}
+
 fn factor_values(
-    symbolic: &Symbolic,
+    plan: &SymbolicCholesky<u32>,
     scaled: &SymmetricMatrix,
     signs: Option<&[i8]>,
 ) -> Result<Vec<f64>, SolveError> {
@@ -81,17 +96,50 @@ fn factor_values(
         dynamic_regularization_delta: tolerance::PIVOT_REPLACEMENT,
         dynamic_regularization_epsilon: tolerance::REGULARISED_PIVOT,
     };
-    let (factor, finished) = symbolic.factor_ldlt(scaled, regularization)?;
-    if finished && factor.iter().all(|value| value.is_finite()) {
+    let mut factor = zeros(plan.len_val())?;
+    let scratch = plan.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Spec::default());
+    // An exact zero stops the elimination; what comes after stays zero.
+    let done = plan.factorize_numeric_ldlt(
+        &mut factor,
+        scaled.lower().faer(),
+        Side::Lower,
+        regularization,
+        Par::Seq,
+        MemStack::new(&mut memory(scratch)?),
+        Spec::default(),
+    );
+    if done.is_ok() && factor.iter().all(|value| value.is_finite()) {
         return Ok(factor);
     }
-    let mut pivots = symbolic.diagonal(&factor).enumerate();
+    let pivots = pivot_places(plan).into_iter().map(|place| factor[place]);
+    let mut pivots = pivots.enumerate();
     let bad = pivots.find(|(_, pivot)| !pivot.is_finite() || *pivot == 0.0);
     let (place, pivot) = bad.unwrap_or((0, 0.0));
+    let unknown = |order: faer::perm::PermRef<'_, u32>| order.arrays().0[place] as usize;
     Err(SolveError::Singular {
-        column: symbolic.unknown_at(place),
+        column: plan.perm().map_or(place, unknown),
         pivot,
     })
+}
+
+/// Where the diagonal entries stand among a factor's values, in elimination order.
+fn pivot_places(plan: &SymbolicCholesky<u32>) -> Vec<usize> {
+    match plan.raw() {
+        SymbolicCholeskyRaw::Simplicial(simplicial) => {
+            let starts = &simplicial.col_ptr()[..plan.ncols()];
+            starts.iter().map(|&start| start as usize).collect()
+        }
+        SymbolicCholeskyRaw::Supernodal(supernodal) => {
+            let places = (0..supernodal.n_supernodes()).flat_map(|block| {
+                let start = supernodal.col_ptr_for_val()[block] as usize;
+                let columns =
+                    supernodal.supernode_end()[block] - supernodal.supernode_begin()[block];
+                let rows = (columns + supernodal.nnz_per_super()[block]) as usize;
+                (0..columns as usize).map(move |column| start + column * rows + column)
+            });
+            places.collect()
+        }
+    }
 }
 
 impl Factored for Ldlt {
@@ -107,20 +155,20 @@ impl Factored for Ldlt {
         self.scaled.multiply_into(input, output);
     }
 
-    fn solve_in_place(&self, columns: &mut [f64]) {
+    fn solve_in_place(&self, columns: &mut [f64]) -> Result<(), SolveError> {
         let order = self.order();
         if order == 0 {
-            return;
+            return Ok(());
         }
         let count = columns.len() / order;
-        let plan = self.symbolic.faer();
-        let mut memory = MemBuffer::new(plan.solve_in_place_scratch::<f64>(count, Par::Seq));
-        LdltRef::new(plan, &self.factor).solve_in_place_with_conj(
+        let scratch = self.plan.solve_in_place_scratch::<f64>(count, Par::Seq);
+        LdltRef::new(&self.plan, &self.factor).solve_in_place_with_conj(
             Conj::No,
             MatMut::from_column_major_slice_mut(columns, order, count),
             Par::Seq,
-            MemStack::new(&mut memory),
+            MemStack::new(&mut memory(scratch)?),
         );
+        Ok(())
     }
 }
 

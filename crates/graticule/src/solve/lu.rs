@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::dyn_stack::MemStack;
 use faer::perm::PermRef;
 use faer::sparse::linalg::lu::simplicial;
-use faer::sparse::linalg::{LuError, SupernodalThreshold, colamd};
+use faer::sparse::linalg::{LuError, colamd};
 use faer::{Conj, MatMut, Par};
 
 use super::fronts::{FrontError, FrontalLu, has_grown};
@@ -24,7 +24,6 @@ pub struct LuSymbolic {
     /// Of the symmetric pattern that contains the matrix's.
     symmetric: Symbolic,
     pattern: Arc<super::Pattern>,
-    ordering: Ordering,
 }
 
 impl LuSymbolic {
@@ -38,11 +37,9 @@ impl LuSymbolic {
         let places = matrix.triplets().map(|(row, column, _)| (row, column, 0.0));
         let both = SymmetricMatrix::from_triplets(matrix.rows(), places)?;
         let pattern = Arc::clone(both.lower().pattern());
-        let threshold = SupernodalThreshold::FORCE_SUPERNODAL;
         Ok(Arc::new(Self {
-            symmetric: Symbolic::of_lower_pattern(pattern, ordering, threshold)?,
+            symmetric: Symbolic::of_lower_pattern(pattern, ordering)?,
             pattern: Arc::clone(matrix.pattern()),
-            ordering: ordering.clone(),
         }))
     }
 
@@ -102,8 +99,9 @@ impl Lu {
             return Err(SolveError::PatternMismatch);
         }
         let (scaled, row_scales, column_scales) = equilibrated(matrix)?;
-        let permuted = permuted(&scaled, &symbolic.ordering)?;
-        let factors = match FrontalLu::factor(&symbolic.symmetric, &permuted) {
+        let plan = symbolic.symmetric.plan();
+        let permuted = permuted(&scaled, plan.places())?;
+        let factors = match FrontalLu::factor(plan, &permuted) {
             Ok(factors) if !has_grown(&factors, tolerance::FACTOR_GROWTH) => {
                 Factors::Frontal(factors)
             }
@@ -162,15 +160,15 @@ impl Lu {
         Ok(solution)
     }
 
-    fn apply_inverse(&self, columns: &mut [f64], transposed: bool) {
+    fn apply_inverse(&self, columns: &mut [f64], transposed: bool) -> Result<(), SolveError> {
         let order = self.scaled.rows();
         if order == 0 {
-            return;
+            return Ok(());
         }
         match &self.factors {
-            Factors::General(general) => general.solve_in_place(columns, transposed),
+            Factors::General(general) => general.solve_in_place(columns, transposed)?,
             Factors::Frontal(frontal) => {
-                let places = self.symbolic.ordering.places();
+                let places = self.symbolic.symmetric.plan().places();
                 let mut ordered = vec![0.0; columns.len()];
                 for (to, from) in ordered
                     .chunks_exact_mut(order)
@@ -195,6 +193,7 @@ impl Lu {
                 }
             }
         }
+        Ok(())
     }
 }
 
@@ -214,8 +213,8 @@ impl Factored for Straight<'_> {
         self.0.scaled.multiply_into(input, output);
     }
 
-    fn solve_in_place(&self, columns: &mut [f64]) {
-        self.0.apply_inverse(columns, false);
+    fn solve_in_place(&self, columns: &mut [f64]) -> Result<(), SolveError> {
+        self.0.apply_inverse(columns, false)
     }
 }
 
@@ -233,8 +232,8 @@ impl Factored for Transposed<'_> {
         output.copy_from_slice(&self.0.scaled.multiply_transposed(input));
     }
 
-    fn solve_in_place(&self, columns: &mut [f64]) {
-        self.0.apply_inverse(columns, true);
+    fn solve_in_place(&self, columns: &mut [f64]) -> Result<(), SolveError> {
+        self.0.apply_inverse(columns, true)
     }
 }
 
@@ -263,8 +262,7 @@ fn equilibrated(matrix: &SparseMatrix) -> Result<(SparseMatrix, Vec<f64>, Vec<f6
 }
 
 /// Rows and columns in elimination order.
-fn permuted(matrix: &SparseMatrix, ordering: &Ordering) -> Result<SparseMatrix, SolveError> {
-    let places = ordering.places();
+fn permuted(matrix: &SparseMatrix, places: &[u32]) -> Result<SparseMatrix, SolveError> {
     let moved = matrix
         .triplets()
         .map(|(row, column, value)| (places[row] as usize, places[column] as usize, value));
@@ -323,11 +321,11 @@ impl GeneralLu {
         })
     }
 
-    fn solve_in_place(&self, columns: &mut [f64], transposed: bool) {
+    fn solve_in_place(&self, columns: &mut [f64], transposed: bool) -> Result<(), SolveError> {
         let order = self.row_order[0].len();
         let count = columns.len() / order;
         let scratch = simplicial::solve_in_place_scratch::<u32, f64>(order, count, Par::Seq);
-        let mut memory = MemBuffer::new(scratch);
+        let mut memory = memory(scratch)?;
         let stack = MemStack::new(&mut memory);
         let rows = PermRef::new_checked(&self.row_order[0], &self.row_order[1], order);
         let own = PermRef::new_checked(&self.column_order[0], &self.column_order[1], order);
@@ -339,6 +337,7 @@ impl GeneralLu {
             let solve = simplicial::SimplicialLu::solve_in_place_with_conj;
             solve(&self.factors, rows, own, Conj::No, x, Par::Seq, stack);
         }
+        Ok(())
     }
 }
 

@@ -3,8 +3,7 @@
 use super::constraints::Independence;
 use super::solution::{count_columns, power_of_two};
 use super::{
-    Factorization, Ldlt, Lu, Ordering, Placement, SolveError, SparseMatrix, Symbolic,
-    SymmetricMatrix,
+    Factorization, Ldlt, Lu, Ordering, Placement, SolveError, SparseMatrix, SymmetricMatrix,
 };
 
 /// Constraints with more coefficients than this do not shape the elimination order: no order
@@ -90,9 +89,8 @@ impl SaddleSystem {
         let whole = SymmetricMatrix::from_triplets(border.order(), border.entries(matrix.lower()))?;
         let mut signs = vec![1; border.unknowns];
         signs.resize(border.order(), -1);
-        let symbolic = Symbolic::new(&whole, &ordering)?;
         Ok(Self {
-            factor: Ldlt::factor(&symbolic, &whole, Some(&signs))?,
+            factor: Ldlt::new(&whole, &ordering, Some(&signs))?,
             border,
         })
     }

@@ -31,7 +31,7 @@ pub(super) trait Factored {
     fn multiply_into(&self, input: &[f64], output: &mut [f64]);
 
     /// Overwrites right-hand sides, one column after the other, by approximate solutions.
-    fn solve_in_place(&self, columns: &mut [f64]);
+    fn solve_in_place(&self, columns: &mut [f64]) -> Result<(), SolveError>;
 }
 
 /// Solves for all right-hand sides, refines where the residual asks for it, and checks.
@@ -45,14 +45,14 @@ pub(super) fn solve_checked(
     let (scaled, scales) = scaled_columns(right_sides, order);
     let mut values = scaled.clone();
     if count > 0 {
-        system.solve_in_place(&mut values);
+        system.solve_in_place(&mut values)?;
     }
     let (mut corrections, mut residual) = residuals(system, &scaled, &values);
     for _ in 0..most_refinements {
         if residual <= tolerance::REFINED_RESIDUAL {
             break;
         }
-        system.solve_in_place(&mut corrections);
+        system.solve_in_place(&mut corrections)?;
         for (correction, value) in corrections.iter_mut().zip(&values) {
             *correction += value;
         }

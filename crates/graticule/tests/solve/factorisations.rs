@@ -126,7 +126,7 @@ fn a_matrix_that_is_not_definite_is_refused_at_its_column() {
         panic!("{error}")
     };
     assert!(column == 17 || column == 23);
-    assert_eq!(pivot, 2.0 - 9.0 / 2.0);
+    assert!((pivot - (2.0 - 9.0 / 2.0)).abs() < 1e-14);
 }
 
 #[test]
@@ -249,8 +249,7 @@ fn indefinite_systems_are_solved_with_refinement() {
         (2, 2, -3.0),
     ];
     let matrix = SymmetricMatrix::from_triplets(3, triplets).unwrap();
-    let symbolic = Symbolic::new(&matrix, &Ordering::natural(3)).unwrap();
-    let factor = Ldlt::factor(&symbolic, &matrix, None).unwrap();
+    let factor = Ldlt::new(&matrix, &Ordering::natural(3), None).unwrap();
     let solution = factor.solve(&matrix.multiply(&[1.0, 2.0, 3.0])).unwrap();
     assert!(difference(&[1.0, 2.0, 3.0], &solution.values) < 1e-12);
     assert!(solution.residual < 1e-13);
@@ -271,8 +270,7 @@ fn empty_systems_have_empty_solutions() {
     let lu = Lu::new(&empty.to_full(), &ordering).unwrap();
     assert!(lu.solve(&[]).unwrap().values.is_empty());
     assert!(lu.solve_transposed(&[]).unwrap().values.is_empty());
-    let symbolic = Symbolic::new(&empty, &ordering).unwrap();
-    let ldlt = Ldlt::factor(&symbolic, &empty, None).unwrap();
+    let ldlt = Ldlt::new(&empty, &ordering, None).unwrap();
     assert!(ldlt.solve(&[]).unwrap().values.is_empty());
 }
 

@@ -75,8 +75,8 @@ impl<T: Scalar> Panel<'_, T> {
     }
 
     /// Divides the panel by the square root of its own block. The error is the first column whose
-    /// pivot is not positive.
-    pub(super) fn factor(&mut self, scratch: &mut MemBuffer) -> Result<(), usize> {
+    /// pivot is not positive, and that pivot.
+    pub(super) fn factor(&mut self, scratch: &mut MemBuffer) -> Result<(), (usize, f64)> {
         let (width, height) = (self.width, self.height());
         let panel = MatMut::from_column_major_slice_mut(self.values, height, width);
         let (mut own, below) = panel.split_at_row_mut(width);
@@ -88,7 +88,7 @@ impl<T: Scalar> Panel<'_, T> {
             Spec::default(),
         );
         if let Err(LltError::NonPositivePivot { index }) = done {
-            return Err(index);
+            return Err((index, T::real_part_impl(&own[(index, index)])));
         }
         let own = own.as_ref();
         solve_lower_triangular_in_place(own.conjugate(), below.transpose_mut(), Par::Seq);

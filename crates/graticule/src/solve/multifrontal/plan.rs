@@ -2,7 +2,9 @@
 
 use std::ops::Range;
 
-use super::tree::{End, NONE, Neighbours, column_counts, elimination_tree, postorder, sum_up};
+use super::columns::Columns;
+use super::parts::parts_of;
+use super::tree::{NONE, Neighbours, column_counts, elimination_tree, postorder, sum_up};
 use crate::solve::{Ordering, Pattern};
 
 /// Blocks of so many columns are joined with their parent while the share of zeros that this puts
@@ -12,24 +14,24 @@ const JOINED: [(usize, f64); 4] = [(4, 0.8), (16, 0.1), (48, 0.05), (usize::MAX,
 
 /// Consecutive columns with entries in the same rows.
 #[derive(Clone, Debug)]
-pub(super) struct Block {
+pub(in crate::solve) struct Block {
     /// Places of its columns.
-    pub(super) columns: Range<usize>,
+    pub(in crate::solve) columns: Range<usize>,
     /// Range of [`Plan::rows`]: the later places that it acts on, ascending.
     below: Range<usize>,
     /// The block that its update goes to: that of the first row below.
-    pub(super) parent: Option<usize>,
+    pub(in crate::solve) parent: Option<usize>,
     /// Whether its columns, or those of a block that passes on to it, hold complex numbers.
     pub(super) complex: bool,
 }
 
 impl Block {
-    pub(super) fn width(&self) -> usize {
+    pub(in crate::solve) fn width(&self) -> usize {
         self.columns.len()
     }
 
     /// Rows below the block's own.
-    pub(super) fn depth(&self) -> usize {
+    pub(in crate::solve) fn depth(&self) -> usize {
         self.below.len()
     }
 
@@ -41,70 +43,102 @@ impl Block {
 
 /// An elimination in blocks, descendants before their ancestors.
 #[derive(Debug)]
-pub(super) struct Plan {
-    /// Unknown at each place.
-    pub(super) order: Vec<u32>,
-    /// Place of each unknown.
-    pub(super) places: Vec<u32>,
-    pub(super) blocks: Vec<Block>,
+pub(in crate::solve) struct Plan {
+    order: Vec<u32>,
+    places: Vec<u32>,
+    blocks: Vec<Block>,
     rows: Vec<u32>,
+    /// Ranges of blocks that hold all their descendants: each can be eliminated for itself.
+    pub(super) parts: Vec<Range<usize>>,
+    /// The entries of the matrix.
+    pub(super) columns: Columns,
 }
 
 impl Plan {
     /// Plans the elimination of a matrix with this lower triangle. The order is kept up to
     /// exchanges that change no fill; `is_complex` tells of each unknown whether its column or row
     /// holds complex numbers.
-    pub(super) fn new(
+    pub(in crate::solve) fn new(
         pattern: &Pattern,
         ordering: &Ordering,
         is_complex: impl Fn(u32) -> bool,
     ) -> Self {
-        let earlier = Neighbours::listed_at(End::Later, pattern, ordering.places());
+        let earlier = Neighbours::earlier(pattern, ordering.places());
         let parents = elimination_tree(&earlier, ordering.len());
-        drop(earlier);
         let sequence = postorder(&parents);
-        let [order, places] = renumbered(ordering.order(), &sequence);
-        let parents = relabelled(&parents, &sequence);
-        let later = Neighbours::listed_at(End::Earlier, pattern, &places);
+        let labels = inverse(&sequence);
+        let order = picked(ordering.order(), &sequence);
+        let parents = relabelled(&parents, &sequence, &labels);
+        let later = earlier.turned(&labels);
+        drop(earlier);
         let counts = column_counts(&later, &parents);
         let complex = spread(&order, &parents, is_complex);
         let mut groups = Groups::of_equal_rows(&parents, &counts, &complex);
         groups.join_children(&parents);
         let (sequence, widths) = groups.columns_in_order(order.len());
-        let [order, places] = renumbered(&order, &sequence);
-        let later = Neighbours::listed_at(End::Earlier, pattern, &places);
-        let complex: Vec<bool> = sequence.iter().map(|&old| complex[old as usize]).collect();
+        let order = picked(&order, &sequence);
+        let complex = picked(&complex, &sequence);
+        let later = later.relabelled(&sequence, &inverse(&sequence));
         let (blocks, rows) = blocks_of(&later, &widths, &complex);
         Self {
+            parts: parts_of(&blocks),
+            columns: Columns::new(pattern, &order, later),
+            places: inverse(&order),
             order,
-            places,
             blocks,
             rows,
         }
     }
 
     /// Places below a block that it acts on, ascending.
-    pub(super) fn rows_below(&self, block: &Block) -> &[u32] {
+    pub(in crate::solve) fn rows_below(&self, block: &Block) -> &[u32] {
         &self.rows[block.below.clone()]
+    }
+
+    pub(in crate::solve) fn blocks(&self) -> &[Block] {
+        &self.blocks
+    }
+
+    /// Unknown at each place.
+    pub(in crate::solve) fn order(&self) -> &[u32] {
+        &self.order
+    }
+
+    /// Place of each unknown.
+    pub(in crate::solve) fn places(&self) -> &[u32] {
+        &self.places
+    }
+
+    /// Entries of the factor's lower triangle, and multiplications to make it.
+    pub(in crate::solve) fn cost(&self) -> (usize, f64) {
+        let lengths = self.blocks.iter().flat_map(|block| {
+            let depth = block.depth();
+            (1..=block.width()).map(move |above| above + depth)
+        });
+        lengths.fold((0, 0.0), |(entries, operations), length| {
+            (entries + length, operations + (length as f64).powi(2) / 2.0)
+        })
     }
 }
 
-/// A new order made from the old one, and the places in it.
-fn renumbered(order: &[u32], sequence: &[u32]) -> [Vec<u32>; 2] {
-    let order: Vec<u32> = sequence.iter().map(|&old| order[old as usize]).collect();
-    let mut places = vec![0; order.len()];
-    for (place, &unknown) in (0..).zip(&order) {
-        places[unknown as usize] = place;
+fn picked<T: Copy>(values: &[T], sequence: &[u32]) -> Vec<T> {
+    sequence
+        .iter()
+        .map(|&place| values[place as usize])
+        .collect()
+}
+
+/// The place of each number in a sequence.
+fn inverse(sequence: &[u32]) -> Vec<u32> {
+    let mut places = vec![0; sequence.len()];
+    for (place, &number) in (0..).zip(sequence) {
+        places[number as usize] = place;
     }
-    [order, places]
+    places
 }
 
 /// The tree with its nodes numbered in sequence.
-fn relabelled(parents: &[u32], sequence: &[u32]) -> Vec<u32> {
-    let mut labels = vec![0; parents.len()];
-    for (label, &old) in (0..).zip(sequence) {
-        labels[old as usize] = label;
-    }
+fn relabelled(parents: &[u32], sequence: &[u32], labels: &[u32]) -> Vec<u32> {
     let relabel = |&old: &u32| match parents[old as usize] {
         NONE => NONE,
         parent => labels[parent as usize],
@@ -357,12 +391,12 @@ mod tests {
             let matrix = pattern(60, seed);
             let pattern = matrix.lower().pattern();
             let places: Vec<u32> = (0..60).collect();
-            let earlier = Neighbours::listed_at(End::Later, pattern, &places);
+            let earlier = Neighbours::earlier(pattern, &places);
             let parents = elimination_tree(&earlier, 60);
             let sequence = postorder(&parents);
-            let [_, places] = renumbered(&places, &sequence);
-            let parents = relabelled(&parents, &sequence);
-            let later = Neighbours::listed_at(End::Earlier, pattern, &places);
+            let places = inverse(&sequence);
+            let parents = relabelled(&parents, &sequence, &places);
+            let later = earlier.turned(&places);
             let columns = eliminated(pattern, &places);
             let counts = columns.iter().map(|rows| rows.len() as u32);
             assert_eq!(column_counts(&later, &parents), counts.collect::<Vec<_>>());

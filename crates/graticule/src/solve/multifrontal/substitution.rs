@@ -5,7 +5,7 @@ use std::ops::Mul;
 use faer::c64;
 
 use super::plan::Block;
-use super::{Multifrontal, Values};
+use super::{Multifrontal, PanelValues};
 use crate::solve::SolveError;
 use crate::solve::memory::zeros;
 
@@ -13,28 +13,28 @@ impl Multifrontal {
     /// The solution of `L Lᴴ x = b`.
     pub(in crate::solve) fn solve(&self, right_side: &[c64]) -> Result<Vec<c64>, SolveError> {
         let mut x: Vec<c64> = zeros(self.order())?;
-        for (x, &unknown) in x.iter_mut().zip(&self.plan.order) {
+        for (x, &unknown) in x.iter_mut().zip(self.plan.order()) {
             *x = right_side[unknown as usize];
         }
         let mut front = Vec::new();
-        for (index, block) in self.plan.blocks.iter().enumerate() {
+        for (index, block) in self.plan.blocks().iter().enumerate() {
             self.take(block, &x, &mut front);
             match self.values(index) {
-                Values::Real(panel) => forward(panel, block.width(), &mut front),
-                Values::Complex(panel) => forward(panel, block.width(), &mut front),
+                PanelValues::Real(panel) => forward(panel, block.width(), &mut front),
+                PanelValues::Complex(panel) => forward(panel, block.width(), &mut front),
             }
             self.put(block, &mut x, &front);
         }
-        for (index, block) in self.plan.blocks.iter().enumerate().rev() {
+        for (index, block) in self.plan.blocks().iter().enumerate().rev() {
             self.take(block, &x, &mut front);
             match self.values(index) {
-                Values::Real(panel) => backward(panel, block.width(), &mut front),
-                Values::Complex(panel) => backward(panel, block.width(), &mut front),
+                PanelValues::Real(panel) => backward(panel, block.width(), &mut front),
+                PanelValues::Complex(panel) => backward(panel, block.width(), &mut front),
             }
             x[block.columns.clone()].copy_from_slice(&front[..block.width()]);
         }
         let place_of = |&place: &u32| x[place as usize];
-        Ok(self.plan.places.iter().map(place_of).collect())
+        Ok(self.plan.places().iter().map(place_of).collect())
     }
 
     /// The numbers of a block's rows.

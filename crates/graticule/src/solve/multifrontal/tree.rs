@@ -1,5 +1,7 @@
 //! The elimination tree of a symmetric pattern, and how many entries each column of its factor has.
 
+use std::ops::Range;
+
 use crate::solve::Pattern;
 
 /// Marks what is not there.
@@ -7,55 +9,127 @@ pub(super) const NONE: u32 = u32::MAX;
 
 /// Pairs of neighbouring unknowns grouped by one end: for each place of the elimination order the
 /// places on its other side, in no particular order.
+#[derive(Debug)]
 pub(super) struct Neighbours {
     starts: Vec<u32>,
     places: Vec<u32>,
+    sources: Vec<Source>,
 }
 
-/// Which of the two ends of an edge a list is kept at.
-#[derive(Clone, Copy)]
-pub(super) enum End {
-    /// Each place lists those before it.
-    Later,
-    /// Each place lists those after it.
-    Earlier,
+/// An entry of the lower triangle of a matrix, and whether it stands in the upper triangle of the
+/// matrix in elimination order.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Source(u32);
+
+impl Source {
+    /// A pattern has less than 2³¹ entries.
+    fn new(entry: usize, is_upper: bool) -> Self {
+        Self((entry as u32) << 1 | u32::from(is_upper))
+    }
+
+    /// An entry on the diagonal.
+    pub(super) fn diagonal(entry: usize) -> Self {
+        Self::new(entry, false)
+    }
+
+    pub(super) fn entry(self) -> usize {
+        (self.0 >> 1) as usize
+    }
+
+    pub(super) fn is_upper(self) -> bool {
+        self.0 & 1 == 1
+    }
 }
 
 impl Neighbours {
-    /// `places` gives each unknown of the lower triangle `pattern` its place.
-    pub(super) fn listed_at(end: End, pattern: &Pattern, places: &[u32]) -> Self {
-        let pairs = || {
-            (0..pattern.columns()).flat_map(|column| {
-                let place = places[column];
-                let rows = pattern.column(column).iter();
-                let others = rows.map(|&row| places[row as usize]);
-                let others = others.filter(move |&other| other != place);
-                others.map(move |other| match end {
-                    End::Later => (place.max(other), place.min(other)),
-                    End::Earlier => (place.min(other), place.max(other)),
-                })
-            })
-        };
+    /// Of each place those before it. `places` gives each unknown of the lower triangle `pattern`
+    /// its place.
+    pub(super) fn earlier(pattern: &Pattern, places: &[u32]) -> Self {
         let mut starts = vec![0; places.len() + 1];
-        for (place, _) in pairs() {
-            starts[place as usize + 1] += 1;
+        for column in 0..places.len() {
+            for &row in pattern.column(column) {
+                let ends = [places[row as usize], places[column]];
+                if ends[0] != ends[1] {
+                    starts[ends[0].max(ends[1]) as usize + 1] += 1;
+                }
+            }
         }
-        sum_up(&mut starts);
-        let mut next = starts.clone();
-        let mut listed = vec![0; starts[places.len()] as usize];
-        for (place, other) in pairs() {
-            let slot = &mut next[place as usize];
-            listed[*slot as usize] = other;
-            *slot += 1;
+        let mut listed = Self::with_room(starts);
+        let mut next = listed.starts.clone();
+        for column in 0..places.len() {
+            for (entry, &row) in pattern.range(column).zip(pattern.column(column)) {
+                let [row, column] = [places[row as usize], places[column]];
+                if row != column {
+                    let slot = &mut next[row.max(column) as usize];
+                    listed.places[*slot as usize] = row.min(column);
+                    listed.sources[*slot as usize] = Source::new(entry, row < column);
+                    *slot += 1;
+                }
+            }
         }
+        listed
+    }
+
+    /// `counts` stand one place too far right.
+    fn with_room(mut counts: Vec<u32>) -> Self {
+        sum_up(&mut counts);
+        let length = counts.last().map_or(0, |&length| length as usize);
         Self {
-            starts,
-            places: listed,
+            starts: counts,
+            places: vec![0; length],
+            sources: vec![Source::default(); length],
         }
     }
 
+    /// Of each place those after it, from those before; both ends get new `labels`, which keep the
+    /// order of each pair.
+    pub(super) fn turned(&self, labels: &[u32]) -> Self {
+        let mut starts = vec![0; labels.len() + 1];
+        for &place in &self.places {
+            starts[labels[place as usize] as usize + 1] += 1;
+        }
+        let mut listed = Self::with_room(starts);
+        let mut next = listed.starts.clone();
+        for (place, &label) in labels.iter().enumerate() {
+            for (&other, &source) in self.of(place).iter().zip(self.sources(place)) {
+                let slot = &mut next[labels[other as usize] as usize];
+                listed.places[*slot as usize] = label;
+                listed.sources[*slot as usize] = source;
+                *slot += 1;
+            }
+        }
+        listed
+    }
+
+    /// The same lists in another order, with new labels of the places in them.
+    pub(super) fn relabelled(&self, sequence: &[u32], labels: &[u32]) -> Self {
+        let mut listed = Self {
+            starts: Vec::with_capacity(self.starts.len()),
+            places: Vec::with_capacity(self.places.len()),
+            sources: Vec::with_capacity(self.sources.len()),
+        };
+        listed.starts.push(0);
+        for &old in sequence {
+            let others = self.of(old as usize).iter();
+            let others = others.map(|&other| labels[other as usize]);
+            listed.places.extend(others);
+            listed.sources.extend_from_slice(self.sources(old as usize));
+            listed.starts.push(listed.places.len() as u32);
+        }
+        listed
+    }
+
     pub(super) fn of(&self, place: usize) -> &[u32] {
-        &self.places[self.starts[place] as usize..self.starts[place + 1] as usize]
+        &self.places[self.range(place)]
+    }
+
+    /// Where the entry of each pair stands.
+    pub(super) fn sources(&self, place: usize) -> &[Source] {
+        &self.sources[self.range(place)]
+    }
+
+    fn range(&self, place: usize) -> Range<usize> {
+        self.starts[place] as usize..self.starts[place + 1] as usize
     }
 }
 
