@@ -32,6 +32,10 @@ impl Cholesky {
             }
             let below = column.below.iter().map(|&row| row as usize);
             for (row, &value) in column.own.chain(below).zip(column.values) {
+                // Blocks are filled up with zeros between columns that do not meet.
+                if value == 0.0 {
+                    continue;
+                }
                 match place_of(row) {
                     row if row == u32::MAX || row < own => misplaced = Some(own),
                     row => factor[row as usize * count + own as usize] = value,
@@ -100,6 +104,24 @@ mod tests {
                     assert!((sum - unit).abs() < 1e-12, "{row} {column} {sum}");
                 }
             }
+        }
+    }
+
+    #[test]
+    fn unknowns_that_do_not_meet_may_be_eliminated_against_their_order() {
+        // A tree in which the second unknown comes before the first, both in one block.
+        let own = (0..4).map(|k| (k, k, 2.0));
+        let coupled = [(2, 0, 1.0), (3, 1, 1.0), (3, 2, 1.0)];
+        let matrix = SymmetricMatrix::from_triplets(4, own.chain(coupled)).unwrap();
+        let cholesky = Cholesky::new(&matrix, &Ordering::natural(4)).unwrap();
+        assert_ne!(cholesky.symbolic().plan().order(), [0, 1, 2, 3]);
+        let block = cholesky.last_block(&[0, 1, 2, 3]).unwrap();
+        for (row, column) in (0..4).flat_map(|row| (0..4).map(move |column| (row, column))) {
+            let product: f64 = (0..4)
+                .map(|k| block[4 * row + k] * block[4 * column + k])
+                .sum();
+            let entry = matrix.lower().get(row.max(column), row.min(column));
+            assert!((product - entry).abs() < 1e-15, "{row} {column} {product}");
         }
     }
 
