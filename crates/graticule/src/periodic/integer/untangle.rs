@@ -1,6 +1,7 @@
 //! Makes flipped triangles of a net positive again, its whole numbers kept.
 
 use glam::{DMat2, DVec2};
+use rayon::prelude::*;
 
 use super::descent::{Descent, Objective};
 use crate::mesh::{FaceId, HalfedgeId, PerCorner, PerFace, PerVertex, TriangleMesh, VertexId};
@@ -89,10 +90,7 @@ impl SettledNet<'_> {
             }
             let mut patches = self.patches(&flipped, round + 2);
             patches.sort_by_key(Vec::len);
-            for patch in patches {
-                watch.check()?;
-                self.relax(&patch, &mut effort);
-            }
+            self.rearrange(&patches, &mut effort, PatchProblem::untangled, watch)?;
         }
         Ok(())
     }
@@ -117,10 +115,8 @@ impl SettledNet<'_> {
             if squeezed.is_empty() {
                 break;
             }
-            for patch in self.patches(&squeezed, round + LEAST_RELAXED_RINGS) {
-                watch.check()?;
-                self.lower_distortion(&patch, &mut effort);
-            }
+            let patches = self.patches(&squeezed, round + LEAST_RELAXED_RINGS);
+            self.rearrange(&patches, &mut effort, PatchProblem::relaxed, watch)?;
         }
         Ok(())
     }
@@ -134,30 +130,34 @@ impl SettledNet<'_> {
         jacobian.determinant() > 0.0 && distortion > SQUEEZED_IN_NET
     }
 
-    /// Rearranges a neighbourhood without flips, as far as `effort` lasts.
-    fn lower_distortion(&mut self, patch: &[FaceId], effort: &mut usize) {
-        let problem = PatchProblem::new(self, patch);
-        let mut point = problem.start();
-        if problem.flips_at(&point) > 0 {
-            return;
-        }
-        let cost = Descent::default().steps() * patch.len();
-        let energy = Regularised {
-            problem: &problem,
-            epsilon: LEAST_EPSILON,
-        };
-        for _ in 0..MOST_DESCENTS {
-            if *effort < cost {
-                break;
+    /// Takes over what `arrange` makes of patches that share no vertex, some side by side, as far as
+    /// `effort` lasts.
+    fn rearrange(
+        &mut self,
+        patches: &[Vec<FaceId>],
+        effort: &mut usize,
+        arrange: fn(&PatchProblem, usize) -> Arranged,
+        watch: &Watch,
+    ) -> Result<(), Stopped> {
+        for batch in patches.chunks(SIDE_BY_SIDE) {
+            watch.check()?;
+            let most = *effort;
+            let net = &*self;
+            let done: Vec<_> = (batch.par_iter())
+                .map(|patch| {
+                    let problem = PatchProblem::new(net, patch);
+                    let arranged = arrange(&problem, most);
+                    (problem.variables, arranged)
+                })
+                .collect();
+            for (variables, arranged) in done {
+                *effort = effort.saturating_sub(arranged.effort);
+                if let Some(point) = arranged.point {
+                    self.put(&variables, &point);
+                }
             }
-            *effort -= cost;
-            if Descent::default().run(&energy, &mut point) < WORTHWHILE_GAIN {
-                break;
-            }
         }
-        if problem.flips_at(&point) == 0 {
-            self.put(&problem.variables, &point);
-        }
+        Ok(())
     }
 
     fn put(&mut self, variables: &[(VertexId, usize)], point: &[f64]) {
@@ -206,36 +206,10 @@ impl SettledNet<'_> {
         }
         patches
     }
-
-    /// Rearranges a neighbourhood, as far as `effort` lasts.
-    fn relax(&mut self, patch: &[FaceId], effort: &mut usize) {
-        let problem = PatchProblem::new(self, patch);
-        let before = problem.flips_at(&problem.start());
-        let mut point = problem.start();
-        let cost = Descent::default().steps() * patch.len();
-        for _ in 0..MOST_REGULARISATIONS {
-            if *effort < cost {
-                break;
-            }
-            *effort -= cost;
-            let least = problem.least_stretch(&point);
-            let smoothing = SMOOTHING * least.min(0.0);
-            let regularised = Regularised {
-                problem: &problem,
-                epsilon: (LEAST_EPSILON * LEAST_EPSILON + smoothing * smoothing).sqrt(),
-            };
-            let gain = Descent::default().run(&regularised, &mut point);
-            if (least > FLAT_IN_NET && problem.least_stretch(&point) > FLAT_IN_NET)
-                || gain < LEAST_GAIN
-            {
-                break;
-            }
-        }
-        if problem.flips_at(&point) < before {
-            self.put(&problem.variables, &point);
-        }
-    }
 }
+
+/// Patches whose effort is counted together: any number of threads does the same.
+const SIDE_BY_SIDE: usize = 16;
 
 /// Rings of triangles round those squeezed that move in the first round.
 const LEAST_RELAXED_RINGS: usize = 4;
@@ -266,8 +240,14 @@ const SMOOTHING: f64 = 0.2;
 /// The least smoothing of the determinant, which is 1 where a triangle is as wished.
 const LEAST_EPSILON: f64 = 1e-6;
 
-/// Relative decrease of the distortion below which patience ends.
+/// Relative decrease of the distortion at which nothing moves any more.
 const LEAST_GAIN: f64 = 1e-6;
+
+/// Regularisations without fewer flips that are followed by others, and the relative decrease of the
+/// distortion below which they are counted. Two of 1100 patches of a noisy scan that came out
+/// without flips would have ended before, at half of the work for all.
+const PATIENCE: usize = 2;
+const LITTLE_GAIN: f64 = 1e-2;
 
 fn faces_around(mesh: &TriangleMesh, face: FaceId) -> impl Iterator<Item = FaceId> + '_ {
     let vertices = mesh.triangle(face).into_iter();
@@ -289,6 +269,14 @@ struct PatchTriangle {
     /// Takes the two sides from the first corner as wished to the unit vectors.
     inverse: DMat2,
     weight: f64,
+}
+
+/// What was found for a patch.
+struct Arranged {
+    /// Visits of triangles that it took.
+    effort: usize,
+    /// The variables, unless they are to stay.
+    point: Option<Vec<f64>>,
 }
 
 /// A patch, with its variables in a row.
@@ -336,6 +324,68 @@ impl PatchProblem {
             .iter()
             .map(|t| t.jacobian(point).determinant());
         stretches.fold(f64::INFINITY, f64::min)
+    }
+
+    /// Moves the variables so that fewer triangles are flipped.
+    fn untangled(&self, most_effort: usize) -> Arranged {
+        let mut point = self.start();
+        let before = self.flips_at(&point);
+        let mut fewest = before;
+        let mut in_vain = 0;
+        let mut effort = 0;
+        let cost = Descent::default().steps() * self.triangles.len();
+        for _ in 0..MOST_REGULARISATIONS {
+            if effort + cost > most_effort {
+                break;
+            }
+            effort += cost;
+            let least = self.least_stretch(&point);
+            let smoothing = SMOOTHING * least.min(0.0);
+            let regularised = Regularised {
+                problem: self,
+                epsilon: (LEAST_EPSILON * LEAST_EPSILON + smoothing * smoothing).sqrt(),
+            };
+            let gain = Descent::default().run(&regularised, &mut point);
+            if (least > FLAT_IN_NET && self.least_stretch(&point) > FLAT_IN_NET)
+                || gain < LEAST_GAIN
+            {
+                break;
+            }
+            let flips = self.flips_at(&point);
+            in_vain = if flips < fewest { 0 } else { in_vain + 1 };
+            fewest = fewest.min(flips);
+            if in_vain > PATIENCE && gain < LITTLE_GAIN {
+                break;
+            }
+        }
+        let point = (self.flips_at(&point) < before).then_some(point);
+        Arranged { effort, point }
+    }
+
+    /// Moves the variables so that the distortion falls, where no triangle is flipped.
+    fn relaxed(&self, most_effort: usize) -> Arranged {
+        let mut point = self.start();
+        let mut effort = 0;
+        if self.flips_at(&point) > 0 {
+            let point = None;
+            return Arranged { effort, point };
+        }
+        let cost = Descent::default().steps() * self.triangles.len();
+        let energy = Regularised {
+            problem: self,
+            epsilon: LEAST_EPSILON,
+        };
+        for _ in 0..MOST_DESCENTS {
+            if effort + cost > most_effort {
+                break;
+            }
+            effort += cost;
+            if Descent::default().run(&energy, &mut point) < WORTHWHILE_GAIN {
+                break;
+            }
+        }
+        let point = (self.flips_at(&point) == 0).then_some(point);
+        Arranged { effort, point }
     }
 
     fn flips_at(&self, point: &[f64]) -> usize {
