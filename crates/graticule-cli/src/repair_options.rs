@@ -1,7 +1,7 @@
 //! Options of every command that repairs what it reads.
 
 use clap::{Args, ValueEnum};
-use graticule::mesh::{NonFinite, NonOrientable, RepairOptions, Weld};
+use graticule::mesh::{Fins, NonFinite, NonOrientable, RepairOptions, Weld};
 use serde::Serialize;
 
 /// How a mesh that is read becomes a surface.
@@ -21,6 +21,21 @@ pub(crate) struct RepairArguments {
     /// What to do with pieces that cannot be oriented
     #[arg(long, value_enum, default_value_t = NonOrientableArgument::Refuse)]
     non_orientable: NonOrientableArgument,
+    /// Drop pieces of less than this share of the area that hang on a larger one by an edge with more
+    /// than two faces, or by a vertex; 0 keeps all
+    #[arg(long, value_name = "SHARE", value_parser = parse_share)]
+    drop_fins: Option<f64>,
+}
+
+impl RepairArguments {
+    /// The library's options; fins are dropped as told, or else as `fins` has it.
+    pub(crate) fn with_fins(self, fins: Fins) -> RepairOptions {
+        let options = RepairOptions::from(self);
+        RepairOptions {
+            fins: self.drop_fins.map_or(fins, Fins::DropBelowShare),
+            ..options
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum, Serialize)]
@@ -69,7 +84,17 @@ impl From<RepairArguments> for RepairOptions {
                 NonOrientableArgument::Refuse => NonOrientable::Refuse,
                 NonOrientableArgument::Cut => NonOrientable::CutOpen,
             },
+            fins: arguments.drop_fins.map_or(Fins::Keep, Fins::DropBelowShare),
         }
+    }
+}
+
+fn parse_share(text: &str) -> Result<f64, String> {
+    let share: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
+    if (0.0..=1.0).contains(&share) {
+        Ok(share)
+    } else {
+        Err("must be from 0 to 1".into())
     }
 }
 

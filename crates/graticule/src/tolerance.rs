@@ -549,6 +549,10 @@ pub const JAMMED_ENERGY: f64 = 1.5;
 /// map that is jammed.
 pub const SHORTER_SEAMS: usize = 3;
 
+/// The most that fins may have of a surface's area to be dropped: with more, they are what it is made
+/// of, as the leaves of a tree are.
+pub const MOST_FINS: f64 = 0.01;
+
 /// A component with poor quads gets its triangles, each cut into three, if it has no more quads and
 /// no more triangles than this: few enough that no net is seen in them.
 pub const SMALL_COMPONENT: usize = 12;

@@ -49,7 +49,8 @@ pub(crate) use polygon_connectivity::PolygonConnectivity;
 pub use refine::{Refinement, refine, refined_count};
 pub use refined_surface::RefinedSurface;
 pub use repair::{
-    NonFinite, NonOrientable, RepairChanges, RepairError, RepairOptions, Repaired, Weld, repair,
+    Fins, NonFinite, NonOrientable, RepairChanges, RepairError, RepairOptions, Repaired, Weld,
+    repair,
 };
 pub use soup::{Attributes, CornerAttribute, NO_VALUE, PolygonLabels, PolygonSoup, Polygons};
 pub use surface::Surface;

@@ -2,7 +2,7 @@
 
 use clap::Args;
 use graticule::field::{FeatureOptions, FieldOptions, SmoothingOptions};
-use graticule::mesh::RepairOptions;
+use graticule::mesh::{Fins, RepairOptions};
 use graticule::periodic::GridDensity;
 use graticule::quads::{QuadMode, QuadSizing, RemeshOptions, ShapeOptions};
 use serde::Serialize;
@@ -85,8 +85,19 @@ impl Options {
         }
     }
 
+    /// Fins of less than half a quad are dropped unless told otherwise.
     pub(super) fn repair_options(&self) -> RepairOptions {
-        self.repair.into()
+        let fin = |density| match density {
+            GridDensity::EdgeLength(length) => Fins::DropBelowArea(0.5 * length * length),
+            GridDensity::Quads(quads) => Fins::DropBelowShare(0.5 / quads as f64),
+        };
+        let densities = self.densities();
+        let finest = (densities.iter()).max_by_key(|density| match density {
+            GridDensity::Quads(quads) => *quads,
+            GridDensity::EdgeLength(_) => 0,
+        });
+        self.repair
+            .with_fins(finest.copied().map_or(Fins::Keep, fin))
     }
 
     /// The library's options, without lines of the file and sizes.

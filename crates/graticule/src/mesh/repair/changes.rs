@@ -50,6 +50,8 @@ pub struct RepairChanges {
     pub zero_area_dropped: ElementList<u32>,
     /// Polygons without area left in place, because every way out would change the topology.
     pub zero_area_left: ElementList<u32>,
+    /// Polygons dropped because the small piece that they form only hung on a larger one.
+    pub fins_dropped: ElementList<u32>,
 }
 
 impl RepairChanges {
@@ -186,7 +188,7 @@ impl RepairChanges {
         ]
     }
 
-    fn degenerate(&self) -> [Option<Sentence>; 4] {
+    fn degenerate(&self) -> [Option<Sentence>; 5] {
         [
             of_edges(
                 &self.edges_collapsed,
@@ -203,6 +205,10 @@ impl RepairChanges {
             of_polygons(
                 &self.zero_area_left,
                 "polygon without area left in place|polygons without area left in place",
+            ),
+            of_polygons(
+                &self.fins_dropped,
+                "polygon of a small fin dropped|polygons of small fins dropped",
             ),
         ]
     }

@@ -7,7 +7,8 @@
 //! 3. [`manifold`]: choose which faces hold together at crowded edges, give each fan its vertex
 //!    (cutting as [Guéziec, Taubin, Lazarus, Horn 2001]);
 //! 4. [`orient`]: orient each component, closed ones outward;
-//! 5. [`degenerate`]: collapse, exchange or drop triangles without area.
+//! 5. [`degenerate`]: collapse, exchange or drop triangles without area;
+//! 6. [`fins`]: on demand, drop small pieces that hung on others.
 
 mod carry;
 mod changes;
@@ -15,6 +16,7 @@ mod degenerate;
 mod draft;
 mod duplicates;
 mod error;
+mod fins;
 mod manifold;
 mod nesting;
 mod orient;
@@ -79,6 +81,22 @@ pub enum NonOrientable {
     CutOpen,
 }
 
+/// What to do with small pieces that hang on a larger one by an edge with more than two faces, or by
+/// a vertex, and that splitting it sets apart: scans have them by the thousand.
+///
+/// They stay in any case if they are more than a hundredth of the surface together.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Fins {
+    /// Keep them as components.
+    #[default]
+    Keep,
+    /// Drop those of less than this area.
+    DropBelowArea(f64),
+    /// Drop those of less than this share of the area of the whole surface.
+    DropBelowShare(f64),
+}
+
 /// Choices where more than one answer is sound.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct RepairOptions {
@@ -91,6 +109,8 @@ pub struct RepairOptions {
     pub non_finite: NonFinite,
     /// What to do with pieces that cannot be oriented.
     pub non_orientable: NonOrientable,
+    /// What to do with small pieces that hang on others.
+    pub fins: Fins,
 }
 
 /// A sound surface, what was changed to get it, and where its elements come from.
@@ -130,7 +150,8 @@ pub struct Repaired {
 ///   components outward. A closed component inside another is turned only together with the
 ///   outermost one around it, so that a cavity stays one;
 /// - collapses edges without length, exchanges the long edge of triangles without area, and drops
-///   such triangles at the boundary. None of it moves the surface or opens a hole.
+///   such triangles at the boundary. None of it moves the surface or opens a hole;
+/// - on demand, drops small pieces that hang on others, see [`Fins`].
 ///
 /// Positions are not changed. Repairing the result again changes nothing, save that welding may
 /// find seams that other repairs laid bare ([`Weld::Always`] joins even split vertices, and splits
@@ -170,7 +191,9 @@ pub fn repair(
         }
         manifold::make_manifold(&mut draft, &mut changes, watch)?;
     }
-    if degenerate::drop_flat_components(&mut draft, &mut changes) {
+    let flat = degenerate::drop_flat_components(&mut draft, &mut changes);
+    let fins = fins::drop_fins(&mut draft, options.fins, &mut changes);
+    if flat || fins {
         // Takes their vertices out.
         manifold::make_manifold(&mut draft, &mut changes, watch)?;
     }

@@ -3,6 +3,7 @@
 mod carrying;
 mod cleaning;
 mod degenerate;
+mod fins;
 mod manifold;
 mod orientation;
 mod random;
