@@ -6,9 +6,10 @@ use crate::mesh::gluing::{EdgeUses, NONE};
 /// For each face the one that makes it surplus, or `None`; empty if there is no surplus face.
 ///
 /// Of the faces over the same vertices the first stays. So does the first one that faces the
-/// opposite way, if both belong to a wall between two solids: a connected set of such pairs with
-/// an even number of other faces, at least two, along every edge of its rim. Elsewhere two faces
-/// back to back are one sheet given twice.
+/// opposite way, if both belong to a wall between two solids, or to a flap that is folded out of
+/// one: a connected set of such pairs with an even number of other faces along every edge, none
+/// along some of a flap's rim. With one face of it only, a crowded edge would have no way to tell
+/// which of its faces go together. Elsewhere two faces back to back are one sheet given twice.
 pub(super) fn find_surplus(faces: &impl Faces) -> Vec<Option<u32>> {
     let firsts = first_over_same_vertices(faces);
     if firsts.iter().all(|&first| first == NONE) {
@@ -50,7 +51,7 @@ fn back_to_back(faces: &impl Faces, first: u32, face: u32) -> bool {
         .all(|(a, b)| faces.origin(a) == faces.origin(b))
 }
 
-/// The pairs back to back that belong to walls.
+/// The pairs back to back that belong to walls and flaps.
 fn walls(faces: &impl Faces, backs: &[u32], surplus: &[Option<u32>]) -> Vec<(u32, u32)> {
     let vertices = (0..faces.corner_count() as u32).map(|corner| faces.origin(corner));
     let uses = EdgeUses::of(
@@ -59,7 +60,7 @@ fn walls(faces: &impl Faces, backs: &[u32], surplus: &[Option<u32>]) -> Vec<(u32
     );
     let mut sets = DisjointSets::new(backs.len());
     let mut is_sheet = vec![false; backs.len()];
-    let mut has_rim = vec![false; backs.len()];
+    let mut meets_others = vec![false; backs.len()];
     let is_pair = |face: u32| backs[face as usize] != NONE;
     let mut rims = Vec::new();
     for group in uses.iter() {
@@ -69,23 +70,22 @@ fn walls(faces: &impl Faces, backs: &[u32], surplus: &[Option<u32>]) -> Vec<(u32
             .count();
         let mut pairs = here().filter(|&face| is_pair(face));
         let Some(first) = pairs.next() else { continue };
-        let is_rim = pairs.fold(true, |_, other| {
+        for other in pairs {
             sets.join(first, other);
-            false
-        });
-        rims.push((first, is_rim, others));
+        }
+        rims.push((first, others));
     }
-    for (face, is_rim, others) in rims {
+    for (face, others) in rims {
         let set = sets.find(face) as usize;
-        has_rim[set] |= is_rim;
-        is_sheet[set] |= others % 2 == 1 || (is_rim && others == 0);
+        meets_others[set] |= others > 0;
+        is_sheet[set] |= others % 2 == 1;
     }
     let pairs = (0_u32..).zip(backs).filter(|&(_, &back)| back != NONE);
     pairs
         .map(|(first, &back)| (first, back))
         .filter(|&(first, _)| {
             let set = sets.find(first) as usize;
-            has_rim[set] && !is_sheet[set]
+            meets_others[set] && !is_sheet[set]
         })
         .collect()
 }
