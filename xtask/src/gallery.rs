@@ -144,7 +144,7 @@ const FIGURES: [Figure; 19] = [
         of: "PGP06, Fig. 16C",
         subject: Subject::Made(anisotropic_torus),
         command: "parameterize --energy triangle --own-triangles --chart-count 100 --curvature-radius 0",
-        caption: "The energy summed over triangles sees the shape alone.",
+        caption: "The energy summed over triangles sees the shape: hardly a line ends.",
     },
     Figure {
         name: "irregular",

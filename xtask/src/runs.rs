@@ -46,10 +46,10 @@ impl Surfaces {
     /// A bumpy patch and a bumpy sphere of about as many triangles.
     pub(crate) fn of(triangles: u32) -> Self {
         // A patch has half as many vertices as triangles, the sphere 20 times the square of its frequency.
-        let frequency = (f64::from(triangles) / 20.0).sqrt().round().max(1.0);
+        let frequency = (4 * (triangles / 20)).isqrt().div_ceil(2).max(1);
         Self {
             patch: bumpy_patch(rings(triangles / 2), 1).to_obj(),
-            closed: bumpy_sphere(frequency as u32).to_obj(),
+            closed: bumpy_sphere(frequency).to_obj(),
         }
     }
 

@@ -52,7 +52,10 @@ impl Stopwatch {
 
     fn elapsed(&self) -> Duration {
         let processor = self.processor.zip(processor_time());
-        processor.map_or_else(|| self.start.elapsed(), |(before, now)| now - before)
+        processor.map_or_else(
+            || self.start.elapsed(),
+            |(before, now)| now.saturating_sub(before),
+        )
     }
 }
 

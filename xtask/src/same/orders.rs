@@ -136,7 +136,8 @@ fn entries(report: &Value, pointer: &str, keys: &[&str]) -> Result<Vec<Value>, T
             .iter()
             .map(|key| at(entry, &format!("/{key}")))
             .collect();
-        entries.push(Value::from_iter(values?.into_iter().cloned()).to_string());
+        let values: Value = values?.into_iter().cloned().collect();
+        entries.push(values.to_string());
     }
     entries.sort_unstable();
     Ok(entries.into_iter().map(Value::from).collect())
