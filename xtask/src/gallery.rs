@@ -5,7 +5,9 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use graticule_fixtures::{Fixture, block_with_holes, bumpy_patch, grid, icosphere, vase};
+use graticule_fixtures::{
+    Fixture, block_with_holes, bumpy_patch, bumpy_sphere, grid, icosphere, torus, vase,
+};
 
 use crate::Trouble;
 use crate::shrink::shrink;
@@ -38,7 +40,7 @@ struct Figure {
     caption: &'static str,
 }
 
-const FIGURES: [Figure; 16] = [
+const FIGURES: [Figure; 19] = [
     Figure {
         name: "overview",
         of: "PGP06, Fig. 1",
@@ -110,6 +112,13 @@ const FIGURES: [Figure; 16] = [
         caption: "Lines on a block of genus 3, along its edges.",
     },
     Figure {
+        name: "scan",
+        of: "PGP06, Fig. 12",
+        subject: Subject::Made(scan),
+        command: "parameterize --chart-size 8",
+        caption: "Lines on a hundred thousand triangles with bumps of several sizes.",
+    },
+    Figure {
         name: "quads-coarse",
         of: "PGP06, Fig. 14",
         subject: Subject::Demo(TEAPOT),
@@ -122,6 +131,20 @@ const FIGURES: [Figure; 16] = [
         subject: Subject::Demo(TEAPOT),
         command: "remesh --quads 8000",
         caption: "Eight thousand.",
+    },
+    Figure {
+        name: "anisotropic-edges",
+        of: "PGP06, Fig. 16B",
+        subject: Subject::Made(anisotropic_torus),
+        command: "parameterize --energy edge --own-triangles --chart-count 100 --curvature-radius 0",
+        caption: "A torus whose triangles are long around the tube's axis: the energy summed over edges sees them, and lines end.",
+    },
+    Figure {
+        name: "anisotropic-triangles",
+        of: "PGP06, Fig. 16C",
+        subject: Subject::Made(anisotropic_torus),
+        command: "parameterize --energy triangle --own-triangles --chart-count 100 --curvature-radius 0",
+        caption: "The energy summed over triangles sees the shape: hardly a line ends.",
     },
     Figure {
         name: "irregular",
@@ -165,6 +188,15 @@ fn sphere() -> Fixture {
 fn block() -> Fixture {
     let coarse = block_with_holes(3);
     coarse.subdivided().subdivided().subdivided().subdivided()
+}
+
+fn scan() -> Fixture {
+    bumpy_sphere(70)
+}
+
+/// A torus with triangles about eight times as long along the big circle as along the small one.
+fn anisotropic_torus() -> Fixture {
+    torus(1.0, 0.45, 36, 200)
 }
 
 fn irregular() -> Fixture {

@@ -1,41 +1,31 @@
-//! Measures how the methods of flattening grow, from ten thousand vertices to a million: the table
-//! of `BENCHMARKS.md`.
+//! Measures how every command grows, from ten thousand triangles to three million: the table of `BENCHMARKS.md`.
 //!
 //! Times are the processor's, so that other work on the machine counts little.
 
 use std::fmt::Write;
-use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 use clap::Args;
-use serde_json::Value;
 
 use crate::Trouble;
-use crate::bench::rings;
+use crate::runs::{Run, Runner, Surfaces, runs_named};
 
 /// Options of `cargo xtask growth`.
 #[derive(Args, Debug)]
 pub(crate) struct Options {
-    /// Numbers of vertices, about
-    #[arg(long, value_delimiter = ',', default_values_t = [10_000, 100_000, 1_000_000])]
+    /// Numbers of triangles, about
+    #[arg(long, value_delimiter = ',', default_values_t = [10_000, 100_000, 1_000_000, 3_000_000])]
     sizes: Vec<u32>,
-    /// Methods to measure, by the names in the table; all unless told
+    /// Runs to measure, by the names in the table; all unless told
     #[arg(long, value_delimiter = ',')]
-    methods: Vec<String>,
+    runs: Vec<String>,
+    /// Seconds by the clock after which a run is given up, and larger ones are not tried
+    #[arg(long, default_value_t = 1200, value_name = "S")]
+    seconds: u32,
     /// Measure this program rather than one built from these sources
     #[arg(long)]
     program: Option<PathBuf>,
 }
-
-/// The methods, with their options.
-const METHODS: [(&str, &[&str]); 5] = [
-    ("natural", &["--method", "natural"]),
-    ("spectral", &["--method", "spectral"]),
-    ("conformal", &["--method", "fixed"]),
-    ("authalic", &["--method", "fixed", "--weights", "authalic"]),
-    ("injective", &["--injective"]),
-];
 
 /// One run.
 struct Measurement {
@@ -44,62 +34,69 @@ struct Measurement {
     mebibytes: u64,
 }
 
-/// Measures every method at every size, on one thread, and returns the table as Markdown.
+/// What is known of a run at all sizes.
+struct Row {
+    run: &'static Run,
+    measurements: Vec<Measurement>,
+    /// Why larger sizes are missing.
+    given_up: Option<String>,
+}
+
+/// Measures every run at every size, on one thread, and returns the table as Markdown.
 pub(crate) fn run(root: &Path, options: &Options) -> Result<String, Trouble> {
-    let program = match &options.program {
-        Some(program) => program.clone(),
-        None => crate::build_release(root)?,
-    };
-    let folder = tempfile::tempdir().map_err(|error| Trouble(error.to_string()))?;
-    let chosen =
-        |name: &str| options.methods.is_empty() || options.methods.iter().any(|m| m == name);
-    let methods: Vec<_> = METHODS.iter().filter(|(name, _)| chosen(name)).collect();
-    let mut rows: Vec<Vec<Measurement>> = methods.iter().map(|_| Vec::new()).collect();
+    let program = crate::program(root, options.program.as_deref())?;
+    let mut rows: Vec<Row> = runs_named(&options.runs)
+        .into_iter()
+        .map(|run| Row {
+            run,
+            measurements: Vec::new(),
+            given_up: None,
+        })
+        .collect();
     for &size in &options.sizes {
-        let rings = rings(size);
-        let patch = graticule_fixtures::bumpy_patch(rings, 1);
-        fs::write(folder.path().join("patch.obj"), patch.to_obj())
-            .map_err(|error| Trouble::reading(folder.path(), &error))?;
-        for ((name, arguments), row) in methods.iter().zip(&mut rows) {
-            let report = flatten(&program, folder.path(), arguments)?;
-            let measurement = Measurement {
-                triangles: patch.triangles.len() as u32,
+        let folder = tempfile::tempdir().map_err(|error| Trouble(error.to_string()))?;
+        let surfaces = Surfaces::of(size);
+        surfaces.write(folder.path())?;
+        let runner = Runner::new(&program, folder.path(), "run", 1)?;
+        for row in &mut rows {
+            let triangles = surfaces.triangles(row.run.input) as u32;
+            row.measure(&runner, options.seconds, triangles);
+        }
+        eprintln!("{}", markdown(&rows));
+    }
+    Ok(markdown(&rows))
+}
+
+impl Row {
+    /// Measures the run at one more size, unless a smaller one has failed.
+    fn measure(&mut self, runner: &Runner<'_>, seconds: u32, triangles: u32) {
+        if self.given_up.is_some() {
+            return;
+        }
+        match runner.report(self.run, &["--max-seconds", &seconds.to_string()]) {
+            Ok(report) => self.measurements.push(Measurement {
+                triangles,
                 seconds: report["processor_seconds"].as_f64().unwrap_or(f64::NAN),
                 mebibytes: report["peak_memory_bytes"].as_u64().unwrap_or(0) >> 20,
-            };
-            eprintln!("{name}, {size} vertices: {:.2} s", measurement.seconds);
-            row.push(measurement);
+            }),
+            Err(Trouble(reason)) => {
+                eprintln!("{reason}");
+                let fact = reason.lines().find(|line| line.contains("error: "));
+                self.given_up = Some(fact.unwrap_or(&reason).into());
+            }
         }
     }
-    let names = methods.iter().map(|(name, _)| *name);
-    Ok(markdown(&names.zip(&rows).collect::<Vec<_>>()))
 }
 
-/// One run of the command; its report.
-fn flatten(program: &Path, folder: &Path, arguments: &[&str]) -> Result<Value, Trouble> {
-    let output = Command::new(program)
-        .args(["flatten", "patch.obj", "-o", "flat.obj", "--quiet"])
-        .args(["--report", "report.json", "--threads", "1"])
-        .args(arguments)
-        .current_dir(folder)
-        .output()
-        .map_err(|error| Trouble::reading(program, &error))?;
-    if !output.status.success() {
-        let reason = String::from_utf8_lossy(&output.stderr).into_owned();
-        return Err(Trouble(reason));
-    }
-    let report = crate::source::read(&folder.join("report.json"))?;
-    serde_json::from_str(&report).map_err(|error| Trouble(error.to_string()))
-}
-
-fn markdown(rows: &[(&str, &Vec<Measurement>)]) -> String {
+fn markdown(rows: &[Row]) -> String {
     let mut text = String::from(
-        "| method | triangles | s | µs a triangle | peak memory, MiB | exponent |\n\
+        "| run | triangles | s | µs a triangle | peak memory, MiB | exponent |\n\
          |---|---:|---:|---:|---:|---:|\n",
     );
-    for (name, row) in rows {
-        let mut before: Option<&Measurement> = None;
-        for measurement in *row {
+    for row in rows {
+        let name = row.run.name;
+        let before = std::iter::once(None).chain(row.measurements.iter().map(Some));
+        for (before, measurement) in before.zip(&row.measurements) {
             let Measurement {
                 triangles,
                 seconds,
@@ -107,14 +104,16 @@ fn markdown(rows: &[(&str, &Vec<Measurement>)]) -> String {
             } = measurement;
             let exponent = before.map_or_else(
                 || "–".into(),
-                |b| format!("{:.2}", exponent(b, measurement)),
+                |before| format!("{:.2}", exponent(before, measurement)),
             );
             let each = 1e6 * seconds / f64::from(*triangles);
             let _ = writeln!(
                 text,
                 "| {name} | {triangles} | {seconds:.2} | {each:.1} | {mebibytes} | {exponent} |"
             );
-            before = Some(measurement);
+        }
+        if let Some(reason) = &row.given_up {
+            let _ = writeln!(text, "| {name} | {reason} | | | | |");
         }
     }
     text
@@ -129,6 +128,7 @@ fn exponent(small: &Measurement, large: &Measurement) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::runs::RUNS;
 
     #[test]
     fn the_table_tells_by_which_power_a_method_grows() {
@@ -137,8 +137,12 @@ mod tests {
             seconds,
             mebibytes: 1,
         };
-        let row = vec![run(1000, 0.1), run(4000, 0.8)];
-        let table = markdown(&[("natural", &row)]);
+        let row = Row {
+            run: &RUNS[2],
+            measurements: vec![run(1000, 0.1), run(4000, 0.8)],
+            given_up: None,
+        };
+        let table = markdown(&[row]);
         let last = table.lines().last().unwrap();
         assert_eq!(last, "| natural | 4000 | 0.80 | 200.0 | 1 | 1.50 |");
     }

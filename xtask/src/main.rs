@@ -9,6 +9,8 @@ mod growth;
 mod layers;
 mod papers;
 mod picture;
+mod runs;
+mod same;
 mod shrink;
 mod source;
 mod table1;
@@ -47,8 +49,10 @@ enum Chore {
     Corpus(corpus::Options),
     /// Measure a command on patches of growing size and print the tables of `BENCHMARKS.md`.
     Bench(bench::Options),
-    /// Measure how the methods of flattening grow, for `BENCHMARKS.md`.
+    /// Measure how the commands grow, from ten thousand triangles to three million, for `BENCHMARKS.md`.
     Growth(growth::Options),
+    /// Check that every command writes the same bytes again, on one thread and on two.
+    Same(same::Options),
     /// Make Table I of PGP06 anew, from the models of a folder.
     Table1(table1::Options),
     /// Make the gallery of the papers' figures anew.
@@ -78,6 +82,7 @@ fn run(chore: &Chore) -> Result<String, Trouble> {
         Chore::Corpus(options) => corpus::run(&root, options),
         Chore::Bench(options) => bench::run(&root, options),
         Chore::Growth(options) => growth::run(&root, options),
+        Chore::Same(options) => same::run(&root, options),
         Chore::Table1(options) => table1::run(&root, options),
         Chore::Gallery => gallery::run(&root),
         Chore::Picture => picture::run(&root),
@@ -94,6 +99,16 @@ fn workspace_root() -> PathBuf {
 fn build_release(root: &Path) -> Result<PathBuf, Trouble> {
     build(root, &["--package", "graticule-cli"])?;
     Ok(target_folder(root).join("release/graticule"))
+}
+
+/// The program told, or else the one built from these sources.
+fn program(root: &Path, told: Option<&Path>) -> Result<PathBuf, Trouble> {
+    let path = match told {
+        Some(path) => path.to_path_buf(),
+        None => build_release(root)?,
+    };
+    // It is run in other folders.
+    std::fs::canonicalize(&path).map_err(|error| Trouble::reading(&path, &error))
 }
 
 /// Builds with the release profile.

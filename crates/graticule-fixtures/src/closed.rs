@@ -92,6 +92,65 @@ fn icosahedron_faces(positions: &[DVec3]) -> Vec<[u32; 3]> {
     faces
 }
 
+/// A sphere with bumps of several sizes: each face of an icosahedron is split into `frequency`² triangles, 20 times as
+/// many in all.
+///
+/// # Panics
+/// If `frequency` is 0.
+#[must_use]
+pub fn bumpy_sphere(frequency: u32) -> Fixture {
+    assert!(frequency > 0, "a face is split into one triangle at least");
+    split_faces(&icosphere(0), frequency).map(|place| {
+        let p = place.normalize();
+        let waves = [3.0, 7.0, 17.0].map(|k: f64| {
+            let [x, y, z] = [p.x, p.y, p.z].map(|x| (k * x + k).sin());
+            (x + y * z) / k
+        });
+        p * (1.0 + 0.2 * waves.iter().sum::<f64>())
+    })
+}
+
+/// Each triangle split into `frequency`² flat ones.
+fn split_faces(fixture: &Fixture, frequency: u32) -> Fixture {
+    let mut split = Fixture {
+        positions: Vec::new(),
+        triangles: Vec::new(),
+    };
+    let mut known = std::collections::BTreeMap::new();
+    for face in &fixture.triangles {
+        let mut vertex = |i: u32, j: u32| {
+            // What faces share has the same corners with the same weights.
+            let weights = [(face[0], frequency - i - j), (face[1], i), (face[2], j)];
+            let mut key =
+                weights.map(|(corner, weight)| if weight > 0 { (corner, weight) } else { (0, 0) });
+            key.sort_unstable();
+            *known.entry(key).or_insert_with(|| {
+                let places = key
+                    .map(|(corner, weight)| fixture.positions[corner as usize] * f64::from(weight));
+                split
+                    .positions
+                    .push(places.iter().sum::<DVec3>() / f64::from(frequency));
+                split.positions.len() as u32 - 1
+            })
+        };
+        for i in 0..frequency {
+            for j in 0..frequency - i {
+                split
+                    .triangles
+                    .push([vertex(i, j), vertex(i + 1, j), vertex(i, j + 1)]);
+                if i + j + 1 < frequency {
+                    split.triangles.push([
+                        vertex(i + 1, j),
+                        vertex(i + 1, j + 1),
+                        vertex(i, j + 1),
+                    ]);
+                }
+            }
+        }
+    }
+    split
+}
+
 /// A torus around the z axis, `around` vertices along the big circle and `across` along the small.
 ///
 /// # Panics
@@ -195,6 +254,11 @@ mod tests {
             (icosphere(4), TAU * 2.0 / 3.0, 2e-2),
             (torus(2.0, 0.5, 90, 60), TAU * TAU / 2.0 * 2.0 * 0.25, 5e-2),
             (cylinder_closed(1.0, 2.0, 90, 5), TAU, 1e-2),
+            (
+                split_faces(&icosphere(0), 16).map(DVec3::normalize),
+                TAU * 2.0 / 3.0,
+                2e-2,
+            ),
         ];
         for (fixture, expected, tolerance) in expectations {
             assert!(every_edge_has_an_opposite(&fixture));
@@ -203,6 +267,16 @@ mod tests {
                 "{}",
                 volume(&fixture)
             );
+        }
+    }
+
+    #[test]
+    fn a_bumpy_sphere_is_closed_and_has_the_triangles_asked_for() {
+        for frequency in [1, 2, 7] {
+            let sphere = bumpy_sphere(frequency);
+            assert_eq!(sphere.triangles.len() as u32, 20 * frequency * frequency);
+            assert!(every_edge_has_an_opposite(&sphere));
+            assert!(volume(&sphere) > 1.0);
         }
     }
 }

@@ -10,7 +10,7 @@ mod noise;
 mod patches;
 mod quads;
 
-pub use closed::{CUBE_QUADS, cube, cylinder_closed, icosphere, tetrahedron, torus};
+pub use closed::{CUBE_QUADS, bumpy_sphere, cube, cylinder_closed, icosphere, tetrahedron, torus};
 pub use hard::{
     block_with_holes, cone_closed, ellipsoid, grid_with_flat_triangles, hyperboloid, needles,
     sheared_strip,

@@ -384,7 +384,10 @@ impl Hint for ReadError {
     fn hint(&self) -> Option<String> {
         let text = match self {
             Self::Io(error) if error.kind() == io::ErrorKind::NotFound => "check the path",
-            Self::Io(_) => return None,
+            Self::Io(error) if error.kind() == io::ErrorKind::IsADirectory => {
+                "name a mesh file in that folder"
+            }
+            Self::Io(_) => "check that it is a file that you may read",
             Self::Unrecognized { .. } => "export the mesh as OBJ, PLY, OFF, STL, glTF or GLB",
             Self::WrongContent { .. } => {
                 "the name and the content disagree: check how the file came about"

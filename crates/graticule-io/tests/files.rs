@@ -7,6 +7,7 @@ use std::path::Path;
 
 use common::{outlines, plain_cube, single_precision};
 use glam::DVec3;
+use graticule::Hint;
 use graticule_io::{Format, ReadError, WriteError, read_file, write_file};
 
 fn names(folder: &Path) -> Vec<String> {
@@ -99,7 +100,9 @@ fn files_that_are_not_there_are_told() {
     let error = read_file("no such file.obj").unwrap_err();
     assert!(matches!(error, ReadError::Io(_)));
     let folder = tempfile::tempdir().unwrap();
-    assert!(matches!(read_file(folder.path()), Err(ReadError::Io(_))));
+    let error = read_file(folder.path()).unwrap_err();
+    assert!(matches!(error, ReadError::Io(_)));
+    assert!(error.hint().unwrap().contains("folder"), "{error}");
 }
 
 #[test]

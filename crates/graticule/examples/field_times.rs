@@ -21,7 +21,7 @@ use graticule::field::{FieldOptions, cross_field};
 use graticule::mesh::Surface;
 use graticule::periodic::{ParameterizeOptions, parameterize};
 use graticule::watch::{Event, Watch};
-use graticule_fixtures::{Fixture, icosphere};
+use graticule_fixtures::{Fixture, bumpy_sphere};
 
 const STAGES: [&str; 10] = [
     "triangulation",
@@ -39,7 +39,7 @@ const STAGES: [&str; 10] = [
 fn main() -> Result<(), Box<dyn Error>> {
     let levels = std::env::args().skip(1).map(|level| level.parse());
     let levels: Vec<u32> = levels.collect::<Result<_, _>>()?;
-    let spheres = levels.into_iter().map(bumpy_sphere);
+    let spheres = levels.into_iter().map(|level| bumpy_sphere(1 << level));
     // All fields first: peak memory must not be that of an L.
     let rows: Result<Vec<(Fixture, Row)>, _> = spheres.map(measured).collect();
     println!(
@@ -58,17 +58,6 @@ fn main() -> Result<(), Box<dyn Error>> {
         );
     }
     Ok(())
-}
-
-/// A sphere with bumps of several sizes.
-fn bumpy_sphere(levels: u32) -> Fixture {
-    icosphere(levels).map(|p| {
-        let waves = [3.0, 7.0, 17.0].map(|k: f64| {
-            let [x, y, z] = [p.x, p.y, p.z].map(|x| (k * x + k).sin());
-            (x + y * z) / k
-        });
-        p * (1.0 + 0.2 * waves.iter().sum::<f64>())
-    })
 }
 
 /// Seconds of the stages and peak memory.

@@ -215,7 +215,10 @@ fn a_request_to_end_ends_the_command_and_leaves_nothing() {
         .stderr(std::process::Stdio::piped())
         .spawn()
         .unwrap();
-    std::thread::sleep(std::time::Duration::from_millis(300));
+    // In the midst of its work, however busy the machine is.
+    let stderr = std::io::BufReader::new(child.stderr.take().unwrap());
+    let mut lines = std::io::BufRead::lines(stderr).map(Result::unwrap);
+    assert!(lines.any(|line| line.ends_with("repair")));
     let kill = std::process::Command::new("sh")
         .args(["-c", &format!("kill -TERM {}", child.id())])
         .status();

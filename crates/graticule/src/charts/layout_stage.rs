@@ -394,16 +394,16 @@ fn warn_of_cells(cells: &NetCells, watch: &Watch) {
         (
             "charts-refined",
             cells.refined,
-            "charts were no disks or stood out too far, and got closer lines",
+            "charts that were no disks or stood out too far, and got closer lines",
         ),
         (
             "charts-split",
             cells.split,
-            "charts were no disks or stood out too far still, and were cut along edges",
+            "charts that were no disks or stood out too far still, and were cut along edges",
         ),
     ] {
         if count > 0 {
-            watch.warn(code, format!("{count} {what}"));
+            watch.warn(code, format!("{what}: {count}"));
         }
     }
 }

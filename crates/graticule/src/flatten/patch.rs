@@ -56,9 +56,15 @@ pub enum NotAPatch {
 impl Hint for NotAPatch {
     fn hint(&self) -> Option<String> {
         let text = match self {
-            Self::Closed { .. } => "cut the surface open along a seam first",
-            Self::SeveralComponents { .. } => "flatten each component by itself",
-            Self::Handles { .. } => "cut the handles open along a seam first",
+            Self::Closed { .. } => {
+                "cut the surface open along a seam first, as `graticule flatten --cut` does"
+            }
+            Self::SeveralComponents { .. } => {
+                "flatten each component by itself, or all side by side with `graticule flatten --injective`"
+            }
+            Self::Handles { .. } => {
+                "cut the handles open along a seam first, as `graticule flatten --cut` does"
+            }
             Self::NoArea => "check the units and the precision with which the file was exported",
             Self::NoSuchLoop { .. } => "`graticule info` lists the boundary loops",
             Self::Stopped(stopped) => return stopped.hint(),

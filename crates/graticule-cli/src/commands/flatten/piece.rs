@@ -87,7 +87,7 @@ fn several_components_told(whole: &Surface) -> Result<Piece, Failure> {
     if count > 1 {
         return Err(Failure::new(
             format!("the surface has {count} components; a patch is one"),
-            "flatten one of them with --component N; 'graticule info' lists them",
+            "flatten all side by side with --injective, or one with --component N; 'graticule info' lists them",
         ));
     }
     Ok(Piece {

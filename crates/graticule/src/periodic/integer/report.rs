@@ -45,22 +45,22 @@ impl IntegerGridReport {
             (
                 "dropped-edges",
                 self.dropped_edges,
-                "edges have no line along them: a corner there has no room in the net",
+                "edges without a line along them, for a corner there has no room in the net",
             ),
             (
                 "released-vertices",
                 self.released_vertices,
-                "vertices were let go of the lines along them, to keep triangles positive",
+                "vertices let go of the lines along them, to keep triangles positive",
             ),
             (
                 "denser-lines",
                 self.denser_rounds,
-                "times lines were drawn closer together on parts thinner than a cell",
+                "times that lines were drawn closer together, on parts thinner than a cell",
             ),
-            ("flips", self.flips, "triangles of the map are flipped"),
+            ("flips", self.flips, "flipped triangles of the map"),
         ] {
             if count > 0 {
-                watch.warn(code, format!("{count} {what}"));
+                watch.warn(code, format!("{what}: {count}"));
             }
         }
     }
