@@ -302,9 +302,25 @@ mod tests {
         assert!(is_near(made.mesh.polygons.len(), 1500));
         let [top, bottom] =
             [0.8, -1.0].map(|low| mean_side(&made.mesh, |p| (low..low + 0.25).contains(&p.z)));
-        assert!((1.2..2.2).contains(&(top / bottom)), "{top} {bottom}");
+        assert!((1.5..2.2).contains(&(top / bottom)), "{top} {bottom}");
         let again = remesh(&surface, &options, &Watch::new()).unwrap();
         assert_eq!(made.mesh, again.mesh);
+    }
+
+    #[test]
+    fn a_plane_gets_the_singularities_that_a_ramp_of_sizes_needs() {
+        let surface = surface(grid(1.0, 1.0, 40, 40));
+        let sizes = surface.positions().iter().map(|p| libm::pow(3.0, p.x));
+        let sizing = QuadSizing {
+            sizes: Some(PerVertex::new(sizes.collect())),
+            ..QuadSizing::default()
+        };
+        let made = remesh(&surface, &options(1500, sizing), &Watch::new()).unwrap();
+        assert!(made.field.singularities.count() >= 2);
+        let [left, right] =
+            [0.0, 0.9].map(|low| mean_side(&made.mesh, |p| (low..low + 0.1).contains(&p.x)));
+        // Of 2.7 that the sizes tell; along the lines of the square alone it is 1.6.
+        assert!((2.3..3.1).contains(&(right / left)), "{left} {right}");
     }
 
     #[test]
