@@ -526,11 +526,13 @@ mod tests {
         let expected = 500.0 / surface.mesh().vertex_count() as f64;
         assert!((share(500) - expected).abs() < 1e-3 * expected);
         let count = |share: f64| {
-            let mut options = FieldOptions::default();
-            options.curvature = Some(CurvatureOptions {
-                share,
-                ..CurvatureOptions::default()
-            });
+            let options = FieldOptions {
+                curvature: Some(CurvatureOptions {
+                    share,
+                    ..CurvatureOptions::default()
+                }),
+                ..FieldOptions::default()
+            };
             let made = cross_field(&surface, &options, &Watch::new()).unwrap();
             made.report.singularities
         };

@@ -128,7 +128,7 @@ mod tests {
             for x in 0..9_u32 {
                 let mut place = |at: u32| {
                     let inside = at > 0 && at < 8;
-                    2 * at + if inside && noise.signed() > 0.0 { 1 } else { 0 }
+                    2 * at + u32::from(inside && noise.signed() > 0.0)
                 };
                 let vertex = VertexId(place(y) * 17 + place(x));
                 let corner = mesh.halfedges().find(|&side| mesh.origin(side) == vertex);
