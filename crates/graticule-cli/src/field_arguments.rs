@@ -53,7 +53,10 @@ impl FieldArguments {
         let default = FieldOptions::default();
         let radius = self.curvature_radius;
         FieldOptions {
-            curvature: (radius > 0.0).then_some(CurvatureOptions { radius }),
+            curvature: (radius > 0.0).then_some(CurvatureOptions {
+                radius,
+                ..CurvatureOptions::default()
+            }),
             smoothing: SmoothingOptions {
                 smoothing: self.smoothing,
                 seed,

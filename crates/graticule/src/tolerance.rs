@@ -403,6 +403,22 @@ pub const EDGE_END: f64 = 1e-9;
 /// images differ by rounding, far less, and others by chance hardly ever so little.
 pub const LIKE_LENGTHS: f64 = 1e-9;
 
+/// Vertices of the surface per quad from which on its curvature counts less for the field: with all
+/// its weight a field turns from one direction to another over some two edges, and so does it over the
+/// same part of a quad's side then, however fine the triangles. Details smaller than quads only make
+/// singularities that these have no room for. Counted from 1 on, fields have fewer still, but one
+/// on a torus of long thin triangles gets some that it does not need.
+pub const FOLLOWING_VERTICES_PER_QUAD: f64 = 5.0;
+
+/// The angle, in radians, that a change of lengths adds at most to how a field turns along an edge. The
+/// sides of quads change by a quarter from one to the next where they change fast, and edges are no
+/// longer than sides: they turn by less.
+pub const WIDEST_GRADED_TURN: f64 = std::f64::consts::FRAC_PI_8;
+
+/// By how much the side of a quad grows over its own length at most, however fast the sizes asked
+/// for grow: four rows from one size to twice as much.
+pub const GROWTH_OF_SIDES: f64 = 0.25;
+
 /// Share of a step by which a field may turn along an edge for its jump to be read off its angles:
 /// above what is aimed at, below half a step by far more than rounding.
 pub const WIDEST_TURN_READ: f64 = 0.499;

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::matching::Matching;
 use super::{FieldDomain, FieldError, Guidance};
-use crate::mesh::{EdgeId, HalfedgeId, PerVertex, VertexId};
+use crate::mesh::{EdgeId, HalfedgeId, PerCorner, PerVertex, VertexId};
 use crate::solve::{Cholesky, Placement, Symbolic, SymmetricMatrix};
 use crate::tolerance::{ANGLE_ANCHOR, EDGE_WEIGHT_RANGE, WIDEST_TURN};
 
@@ -30,6 +30,8 @@ pub(super) struct AngleFit<'a> {
     guidance: &'a Guidance,
     smoothing: f64,
     mean_area: f64,
+    /// What sizes add to the transports.
+    graded: Option<PerCorner<f64>>,
     /// For each vertex its place among the free ones, or [`HELD`].
     places: PerVertex<u32>,
 }
@@ -39,6 +41,7 @@ impl<'a> AngleFit<'a> {
         let areas = domain.areas();
         Self {
             mean_area: areas.iter().sum::<f64>() / areas.len() as f64,
+            graded: guidance.graded_turns(domain.triangulation()),
             places: PerVertex::filled(areas.len(), HELD),
             domain,
             guidance,
@@ -184,8 +187,9 @@ impl Run<'_> {
             let halfedge = mesh.edge_halfedge(edge);
             let ends = mesh.ends(halfedge);
             // What the second angle should be more than the first.
-            let more =
-                fit.domain.transports()[halfedge] + step * f64::from(self.matching.jump(halfedge));
+            let jump = step * f64::from(self.matching.jump(halfedge));
+            let graded = fit.graded.as_ref().map_or(0.0, |turns| turns[halfedge]);
+            let more = fit.domain.transports()[halfedge] + jump + graded;
             let places = ends.map(|vertex| fit.places[vertex]);
             for (own, other, sign) in [(0, 1, -1.0), (1, 0, 1.0)] {
                 if places[own] == HELD {

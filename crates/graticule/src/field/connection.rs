@@ -1,15 +1,16 @@
 use glam::DVec2;
 
-use super::Symmetry;
+use super::Guidance;
 use crate::geometry::{
     GeometryError, IntrinsicTriangulation, edge_cotangent_weights, transport_angles,
 };
 use crate::mesh::{PerVertex, VertexId};
 
 /// How much a direction field turns, as a quadratic form of one complex number `u` per vertex, the
-/// [`power`](Symmetry::power) of its angle: `Σ wᵢⱼ |uⱼ - rᵢⱼ uᵢ|²` over the edges, `rᵢⱼ` the
+/// [`power`](super::Symmetry::power) of its angle: `Σ wᵢⱼ |uⱼ - rᵢⱼ uᵢ|²` over the edges, `rᵢⱼ` the
 /// transport from `i` to `j` ([PGP06] Eq. 22, summed over triangles as in Appendix B: the weights
-/// λ A become half-cotangents).
+/// λ A become half-cotangents). Where the guidance has sizes, transport is that of the metric in which
+/// they are the same everywhere.
 ///
 /// No weight is negative: on an intrinsic Delaunay triangulation only those of boundary edges
 /// opposite to obtuse angles would be, and these count as 0.
@@ -31,16 +32,19 @@ pub(super) struct Connection {
 impl ConnectionLaplacian {
     pub(super) fn new(
         triangulation: &IntrinsicTriangulation,
-        symmetry: Symmetry,
+        guidance: &Guidance,
     ) -> Result<Self, GeometryError> {
+        let symmetry = guidance.symmetry();
         let angles = transport_angles(triangulation);
+        let graded = guidance.graded_turns(triangulation);
         let weights = edge_cotangent_weights(triangulation)?;
         let edges = weights.enumerate().map(|(edge, &weight)| {
             let halfedge = triangulation.edge_halfedge(edge);
+            let more = graded.as_ref().map_or(0.0, |turns| turns[halfedge]);
             Connection {
                 ends: triangulation.ends(halfedge),
                 weight: weight.max(0.0),
-                rotation: symmetry.power(angles[halfedge]),
+                rotation: symmetry.power(angles[halfedge] + more),
             }
         });
         // An edge from a vertex to itself costs every unit vector there the same.

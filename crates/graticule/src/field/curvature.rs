@@ -16,11 +16,18 @@ use crate::watch::{Stopped, Watch};
 pub struct CurvatureOptions {
     /// Radius of the disk that the curvature of a vertex is averaged over, in mean edge lengths.
     pub radius: f64,
+    /// How much of the weight of its directions counts, 0 to 1. The whole of it lets a field turn from
+    /// one direction to another over some two edges; a share of it, over as many more as one over its
+    /// root.
+    pub share: f64,
 }
 
 impl Default for CurvatureOptions {
     fn default() -> Self {
-        Self { radius: 3.0 }
+        Self {
+            radius: 3.0,
+            share: 1.0,
+        }
     }
 }
 
@@ -306,7 +313,10 @@ mod tests {
     fn curvatures(fixture: Fixture, radius: f64) -> (Surface, PerVertex<PrincipalCurvature>) {
         let surface = Surface::from_triangles(fixture.positions, &fixture.triangles).unwrap();
         let triangulation = IntrinsicTriangulation::of(&surface).unwrap();
-        let options = CurvatureOptions { radius };
+        let options = CurvatureOptions {
+            radius,
+            ..CurvatureOptions::default()
+        };
         let found =
             principal_curvatures(&surface, &triangulation, &options, &Watch::new()).unwrap();
         (surface, found)

@@ -57,7 +57,7 @@ impl System {
             places[vertex] = place;
         }
         Ok(Self {
-            connection: ConnectionLaplacian::new(triangulation, guidance.symmetry())?,
+            connection: ConnectionLaplacian::new(triangulation, guidance)?,
             smoothing,
             pulls: PerVertex::from_fn(count, |v| guidance.pull(v) * fitting(v)),
             weights: PerVertex::from_fn(count, |v| guidance.weight(v) * fitting(v)),

@@ -17,6 +17,14 @@ pub enum FieldError {
         /// What is allowed.
         range: &'static str,
     },
+    /// There is not one size for each vertex.
+    #[error("there are {given} sizes for {needed} vertices")]
+    SizeCount {
+        /// How many there are.
+        given: usize,
+        /// How many there should be.
+        needed: usize,
+    },
     /// A guide is for an element that the surface does not have.
     #[error("guide {guide} is for {kind} {number}, but there are {count}")]
     NoSuchElement {
@@ -114,6 +122,7 @@ impl Hint for FieldError {
     fn hint(&self) -> Option<String> {
         match self {
             Self::Option { name, range, .. } => Some(format!("give {name} a value in {range}")),
+            Self::SizeCount { .. } => Some("give one size for each vertex".into()),
             Self::NoSuchElement { count, .. } | Self::NoSuchFace { count, .. } => Some(format!(
                 "they are numbered from 0 to {}",
                 count.saturating_sub(1)

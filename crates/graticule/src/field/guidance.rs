@@ -2,9 +2,10 @@ use std::f64::consts::PI;
 
 use glam::DVec2;
 
+use super::graded::graded_turns;
 use super::{PrincipalCurvature, Symmetry};
 use crate::geometry::{IntrinsicTriangulation, reverse_direction};
-use crate::mesh::{EdgeId, HalfedgeId, PerVertex, TriangleMesh, VertexId};
+use crate::mesh::{EdgeId, HalfedgeId, PerCorner, PerVertex, TriangleMesh, VertexId};
 use crate::tolerance::AGREEING_EDGES;
 
 /// How strongly a field is held to a direction.
@@ -32,6 +33,8 @@ pub struct Guidance {
     pulls: PerVertex<DVec2>,
     weights: PerVertex<f64>,
     fixed: PerVertex<Option<DVec2>>,
+    /// The logarithm of how dense lines are to be; `None` for the same everywhere.
+    density: Option<PerVertex<f64>>,
 }
 
 impl Guidance {
@@ -43,6 +46,7 @@ impl Guidance {
             pulls: PerVertex::filled(vertex_count, DVec2::ZERO),
             weights: PerVertex::filled(vertex_count, 0.0),
             fixed: PerVertex::filled(vertex_count, None),
+            density: None,
         }
     }
 
@@ -152,6 +156,31 @@ impl Guidance {
                 }
             }
         }
+    }
+
+    /// Lets soft wishes so far count for this share, 0 to 1, of what they did.
+    pub fn lighten(&mut self, share: f64) {
+        for pull in self.pulls.as_mut_slice() {
+            *pull *= share;
+        }
+        for weight in self.weights.as_mut_slice() {
+            *weight *= share;
+        }
+    }
+
+    /// Asks the field to be smooth in the metric in which lines of these distances, above 0, lie
+    /// equally far apart everywhere.
+    pub fn follow_sizes(&mut self, sizes: &PerVertex<f64>) {
+        self.density = Some(sizes.map(|&size| -libm::log(size)));
+    }
+
+    /// By how much more directions turn along halfedges for the sizes that are followed.
+    pub(super) fn graded_turns(
+        &self,
+        triangulation: &IntrinsicTriangulation,
+    ) -> Option<PerCorner<f64>> {
+        let density = self.density.as_ref();
+        density.map(|density| graded_turns(triangulation, density))
     }
 
     /// The number of vertices whose direction is fixed.

@@ -27,6 +27,7 @@ mod domain;
 mod error;
 mod face_path;
 mod features;
+mod graded;
 mod guidance;
 mod guide;
 pub(crate) mod hierarchy;

@@ -4,7 +4,7 @@ use super::{
     CurlOptions, CurvatureOptions, FieldError, Guide, SingularityPlan, SmoothingOptions, Strength,
     Stroke, Symmetry,
 };
-use crate::mesh::EdgeId;
+use crate::mesh::{EdgeId, PerVertex};
 
 /// How [`cross_field`](super::cross_field()) makes a field.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,6 +24,10 @@ pub struct FieldOptions {
     pub guides: Vec<Guide>,
     /// Lines on the surface to run along; they count as guides.
     pub strokes: Vec<Stroke>,
+    /// How far apart lines along the field are to be at each vertex, over each other: the field is
+    /// smooth in the metric in which they are so everywhere, and its singularities are where lines
+    /// begin and end for that. `None` for the same everywhere.
+    pub sizes: Option<PerVertex<f64>>,
     /// Distance, in mean edge lengths, up to which two singularities of opposite sign cancel; 0 for
     /// none.
     pub cancel_distance: f64,
@@ -50,6 +54,7 @@ impl Default for FieldOptions {
             features: FeatureOptions::default(),
             guides: Vec::new(),
             strokes: Vec::new(),
+            sizes: None,
             cancel_distance: 7.0,
             cancel_length: 0.0,
             singularities: SingularityPlan::Found,
@@ -85,8 +90,10 @@ impl Default for FeatureOptions {
 
 impl FieldOptions {
     /// Refuses numbers out of range.
-    pub(super) fn check(&self) -> Result<(), FieldError> {
+    pub(super) fn check(&self, vertices: usize) -> Result<(), FieldError> {
+        self.check_sizes(vertices)?;
         let radius = self.curvature.map_or(1.0, |curvature| curvature.radius);
+        let share = self.curvature.map_or(1.0, |curvature| curvature.share);
         let dihedral = self.features.dihedral.unwrap_or(1.0);
         let finite = f64::MIN_POSITIVE..=f64::MAX;
         for (name, value, is_good, range) in [
@@ -95,6 +102,12 @@ impl FieldOptions {
                 radius,
                 finite.contains(&radius),
                 "above 0, finite",
+            ),
+            (
+                "share of the curvature",
+                share,
+                (0.0..=1.0).contains(&share),
+                "0 to 1",
             ),
             (
                 "cancel distance",
@@ -128,5 +141,21 @@ impl FieldOptions {
             }
         }
         Ok(())
+    }
+
+    fn check_sizes(&self, needed: usize) -> Result<(), FieldError> {
+        let Some(sizes) = &self.sizes else {
+            return Ok(());
+        };
+        let given = sizes.len();
+        if given != needed {
+            return Err(FieldError::SizeCount { given, needed });
+        }
+        let is_good = |size: f64| size.is_finite() && size > 0.0 && size.recip().is_finite();
+        let bad = sizes.iter().copied().find(|&size| !is_good(size));
+        bad.map_or(Ok(()), |value| {
+            let (name, range) = ("size", "above 0, finite");
+            Err(FieldError::Option { name, value, range })
+        })
     }
 }

@@ -55,7 +55,7 @@ pub fn cross_field(
     options: &FieldOptions,
     watch: &Watch,
 ) -> Result<FieldResult, FieldError> {
-    options.check()?;
+    options.check(surface.mesh().vertex_count())?;
     let _stage = watch.stage("field");
     let (unit_surface, similarity) = normalized(surface);
     let domain = FieldDomain::of(&unit_surface, watch)?;
@@ -145,9 +145,16 @@ impl Ground<'_> {
         let (surface, triangulation) = (self.domain.surface(), self.domain.triangulation());
         let options = self.options;
         let mut guidance = match curvatures {
-            Some(curvatures) => Guidance::from_curvature(options.symmetry, curvatures),
+            Some(curvatures) => {
+                let mut guidance = Guidance::from_curvature(options.symmetry, curvatures);
+                guidance.lighten(options.curvature.map_or(1.0, |wanted| wanted.share));
+                guidance
+            }
             None => Guidance::none(options.symmetry, surface.mesh().vertex_count()),
         };
+        if let Some(sizes) = &options.sizes {
+            guidance.follow_sizes(sizes);
+        }
         if let Some(strength) = options.boundary {
             guidance.follow_boundary(surface.mesh(), triangulation, strength);
         }

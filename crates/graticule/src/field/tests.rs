@@ -375,7 +375,11 @@ fn options_out_of_range_are_refused() {
         let error = cross_field(&surface, &options, &Watch::new()).unwrap_err();
         assert!(matches!(error, FieldError::Option { .. }), "{error}");
     };
-    refused(&|o| o.curvature = Some(CurvatureOptions { radius: 0.0 }));
+    let disks = CurvatureOptions::default();
+    let radius = 0.0;
+    refused(&|o| o.curvature = Some(CurvatureOptions { radius, ..disks }));
+    let share = 1.5;
+    refused(&|o| o.curvature = Some(CurvatureOptions { share, ..disks }));
     refused(&|o| o.cancel_distance = f64::NAN);
     refused(&|o| o.cancel_length = f64::INFINITY);
     refused(&|o| o.features.dihedral = Some(-0.1));

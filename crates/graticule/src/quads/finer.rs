@@ -55,6 +55,7 @@ impl Finer {
         let field = &mut options.field;
         field.curvature = field.curvature.map(|curvature| CurvatureOptions {
             radius: curvature.radius * self.ratio,
+            ..curvature
         });
         field.features.edges = self.refinement.edges_of(&field.features.edges);
         options

@@ -13,14 +13,16 @@ use super::{
     ShapeReport, extract_polygons, mend, pure_quads, quad_dominant, shape,
 };
 use crate::Hint;
-use crate::field::{FieldError, FieldOptions, FieldReport, FieldResult, feature_edges};
+use crate::field::{
+    CurvatureOptions, FieldError, FieldOptions, FieldReport, FieldResult, feature_edges,
+};
 use crate::geometry::{face_shapes, total_area};
 use crate::measure::scaled_jacobian;
 use crate::mesh::{EdgeId, FaceId, PerEdge, Surface};
 use crate::periodic::{
     GridDensity, GridMap, IntegerGridError, IntegerGridMap, IntegerGridReport, PeriodicError,
 };
-use crate::tolerance::CLOSE_PAIR_IN_QUADS;
+use crate::tolerance::{CLOSE_PAIR_IN_QUADS, FOLLOWING_VERTICES_PER_QUAD};
 use crate::watch::{Stopped, Watch};
 
 /// Which polygons a quad mesh may have.
@@ -340,12 +342,21 @@ fn remesh_at(
     Ok((mesh, report))
 }
 
-/// The options of the field, where pairs of singularities that the quads have no room for cancel.
+/// The options of the field, where pairs of singularities that the quads have no room for cancel, and
+/// which turns over sides of quads rather than over triangles where these are much smaller.
 pub(super) fn field_options(surface: &Surface, options: &RemeshOptions) -> FieldOptions {
     let side = side_length(surface, options.density);
     let cancel_length = options.field.cancel_length.max(CLOSE_PAIR_IN_QUADS * side);
+    let area = total_area(&face_shapes(surface));
+    let vertices_per_quad = side * side * surface.mesh().vertex_count() as f64 / area;
+    // Where there is no area there is nothing to follow either.
+    let counted = (FOLLOWING_VERTICES_PER_QUAD / vertices_per_quad).min(1.0);
     FieldOptions {
         cancel_length,
+        curvature: options.field.curvature.map(|curvature| CurvatureOptions {
+            share: curvature.share * counted,
+            ..curvature
+        }),
         ..options.field.clone()
     }
 }
@@ -480,4 +491,53 @@ fn reshape(
         .collect();
     mesh.origins = shaped.origins;
     Ok(shaped.report)
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+    use graticule_fixtures::icosphere;
+
+    use super::*;
+    use crate::field::cross_field;
+
+    /// A sphere with bumps of a quarter of its radius in width.
+    fn bumpy() -> Surface {
+        let fixture = icosphere(5).map(|p: DVec3| {
+            let waves = [p.x, p.y, p.z].map(|x| libm::sin(25.0 * x));
+            p * (1.0 + 0.02 * waves.iter().product::<f64>())
+        });
+        Surface::from_triangles(fixture.positions, &fixture.triangles).unwrap()
+    }
+
+    fn wishes(surface: &Surface, quads: usize) -> FieldOptions {
+        let options = RemeshOptions {
+            density: GridDensity::Quads(quads),
+            ..RemeshOptions::default()
+        };
+        field_options(surface, &options)
+    }
+
+    #[test]
+    fn bumps_smaller_than_quads_make_few_singularities() {
+        let surface = bumpy();
+        let share = |quads| wishes(&surface, quads).curvature.unwrap().share;
+        assert!((share(20_000) - 1.0).abs() < 1e-12);
+        let vertices = surface.mesh().vertex_count() as f64;
+        let expected = FOLLOWING_VERTICES_PER_QUAD * 100.0 / vertices;
+        assert!((share(100) - expected).abs() < 1e-3 * expected);
+        let count = |share: f64| {
+            let options = FieldOptions {
+                curvature: Some(CurvatureOptions {
+                    share,
+                    ..CurvatureOptions::default()
+                }),
+                ..FieldOptions::default()
+            };
+            let made = cross_field(&surface, &options, &Watch::new()).unwrap();
+            made.report.singularities
+        };
+        let [whole, part] = [1.0, share(100)].map(count);
+        assert!(part < whole, "{part} {whole}");
+    }
 }

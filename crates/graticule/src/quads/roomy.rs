@@ -2,7 +2,7 @@
 
 use super::remesh::{all_features, field_options};
 use super::{RemeshError, RemeshOptions};
-use crate::field::{FieldResult, cross_field};
+use crate::field::{FieldOptions, FieldResult, cross_field};
 use crate::geometry::{EdgeLengths, dihedral_angles};
 use crate::mesh::disjoint_sets::DisjointSets;
 use crate::mesh::{EdgeId, FaceId, HalfedgeId, PerVertex, Surface, VertexId};
@@ -55,16 +55,18 @@ pub(super) fn roomy_grid(
     options: &RemeshOptions,
     watch: &Watch,
 ) -> Result<Roomy, RemeshError> {
-    let mut field = cross_field(surface, &field_options(surface, options), watch)?;
+    let distances = options.sizing.distances(surface, options, watch)?;
+    let mut wishes = field_options(surface, options);
+    wishes.sizes.clone_from(&distances);
+    let mut field = cross_field(surface, &wishes, watch)?;
     let mut features = all_features(surface, &options.field);
     let wanted = features.len();
     let mut lines = IntegerGridOptions {
         density: options.density,
+        sizing: distances.map(|distances| distances.map(|distance| distance.recip())),
+        stretch: options.sizing.stretches(surface, &field, watch)?,
         ..IntegerGridOptions::default()
     };
-    options
-        .sizing
-        .shape_net(surface, &field, &mut lines, watch)?;
     let mut releases = Releases::default();
     loop {
         lines.features.clone_from(&features);
@@ -79,7 +81,7 @@ pub(super) fn roomy_grid(
             });
         };
         if release == Release::Guidance {
-            field = unguided(surface, options, watch)?;
+            field = unguided(surface, &wishes, watch)?;
         } else {
             features = released(surface, &features, &crumpled, release);
         }
@@ -123,14 +125,14 @@ impl Releases {
 /// The smoothest field along the boundary, with pairs of singularities cancelled from farther away.
 fn unguided(
     surface: &Surface,
-    options: &RemeshOptions,
+    wishes: &FieldOptions,
     watch: &Watch,
 ) -> Result<FieldResult, RemeshError> {
     watch.warn(
         "crowded-field",
         "the field follows neither curvature nor features: the net has no room",
     );
-    let mut wanted = field_options(surface, options);
+    let mut wanted = wishes.clone();
     wanted.curvature = None;
     wanted.features.edges.clear();
     Ok(cross_field(surface, &wanted, watch)?)

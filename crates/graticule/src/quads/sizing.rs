@@ -1,26 +1,28 @@
 //! Quads whose sides differ over the surface: as told, by how much it bends, or along its curvature.
 
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
 use std::f64::consts::FRAC_PI_2;
 
-use super::RemeshError;
 use super::remesh::side_length;
+use super::{RemeshError, RemeshOptions};
 use crate::field::{CurvatureOptions, FieldResult, PrincipalCurvature, principal_curvatures};
-use crate::geometry::{IntrinsicTriangulation, normalized, vertex_areas};
+use crate::geometry::{IntrinsicTriangulation, face_shapes, normalized, total_area, vertex_areas};
 use crate::mesh::{PerVertex, RefinedSurface, Surface, VertexId};
 use crate::periodic::{
-    CurvatureSizing, GridDensity, IntegerGridError, IntegerGridOptions, Stretch, check_sizes,
-    curvature_density,
+    CurvatureSizing, GridDensity, IntegerGridError, Stretch, check_sizes, curvature_density,
 };
 use crate::tolerance::{
-    FADING_IN_QUADS, SHARPEST_BEND_IN_QUADS, SHORTEST_SIDE_REFINED, SURE_DIRECTION,
+    FADING_IN_QUADS, GROWTH_OF_SIDES, SHARPEST_BEND_IN_QUADS, SHORTEST_SIDE_REFINED, SURE_DIRECTION,
 };
 use crate::watch::Watch;
 
 /// How the sides of quads vary over the surface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct QuadSizing {
-    /// Lengths of sides at each vertex, over each other, as far as a net along the field allows: lines
-    /// do not end but at its singularities. `None` for the same everywhere.
+    /// Lengths of sides at each vertex, over each other, as far as a net allows: lines do not end but
+    /// at singularities, which are placed for that as far as curvature, boundary and features leave
+    /// them free. `None` for the same everywhere.
     pub sizes: Option<PerVertex<f64>>,
     /// By what factor sides get shorter at most where the surface bends more than on the mean, 1 and
     /// above.
@@ -90,20 +92,40 @@ impl QuadSizing {
         }
     }
 
-    /// Tells the options of the net how its lines are to lie.
-    pub(super) fn shape_net(
+    /// How far apart lines are to lie at each vertex, over each other, as told and by how much the
+    /// surface bends; nowhere farther than rows of quads that grow by [`GROWTH_OF_SIDES`] reach.
+    /// `None` for the same everywhere.
+    pub(super) fn distances(
+        &self,
+        surface: &Surface,
+        options: &RemeshOptions,
+        watch: &Watch,
+    ) -> Result<Option<PerVertex<f64>>, RemeshError> {
+        let side = side_length(surface, options.density);
+        let mut distances = self.sizes.clone();
+        if self.adaptivity > 1.0 {
+            let own = IntrinsicTriangulation::of(surface).map_err(IntegerGridError::from)?;
+            let disks = options.field.curvature.unwrap_or_default();
+            let curvatures = principal_curvatures(surface, &own, &disks, watch)?;
+            if let Some(denser) = self.adapted(surface, &curvatures, side, watch)? {
+                let told = distances.take();
+                distances = Some(PerVertex::from_fn(denser.len(), |vertex| {
+                    told.as_ref().map_or(1.0, |told| told[vertex]) / denser[vertex]
+                }));
+            }
+        }
+        Ok(distances.map(|distances| graded(surface, distances, side)))
+    }
+
+    /// How far quads are to be from squares at each vertex; `None` for squares.
+    pub(super) fn stretches(
         &self,
         surface: &Surface,
         field: &FieldResult,
-        options: &mut IntegerGridOptions,
         watch: &Watch,
-    ) -> Result<(), RemeshError> {
-        options.sizing = self
-            .sizes
-            .as_ref()
-            .map(|sizes| sizes.map(|size| size.recip()));
-        if self.adaptivity <= 1.0 && self.anisotropy <= 1.0 {
-            return Ok(());
+    ) -> Result<Option<PerVertex<Stretch>>, RemeshError> {
+        if self.anisotropy <= 1.0 {
+            return Ok(None);
         }
         let curvatures = if let Some(curvatures) = &field.curvatures {
             curvatures.clone()
@@ -111,17 +133,7 @@ impl QuadSizing {
             let own = IntrinsicTriangulation::of(surface).map_err(IntegerGridError::from)?;
             principal_curvatures(surface, &own, &CurvatureOptions::default(), watch)?
         };
-        if self.adaptivity > 1.0 {
-            let side = side_length(surface, options.density);
-            if let Some(denser) = self.adapted(surface, &curvatures, side, watch)? {
-                let told = options.sizing.take();
-                options.sizing = Some(PerVertex::from_fn(denser.len(), |vertex| {
-                    denser[vertex] * told.as_ref().map_or(1.0, |told| told[vertex])
-                }));
-            }
-        }
-        options.stretch = (self.anisotropy > 1.0).then(|| curvatures.map(|c| self.stretch(c)));
-        Ok(())
+        Ok(Some(curvatures.map(|c| self.stretch(c))))
     }
 
     /// Lines per length over those where the surface bends no more than on the mean; `None` where
@@ -183,6 +195,44 @@ impl QuadSizing {
             .max(1.0),
         }
     }
+}
+
+/// The distances, made shorter where they would grow too fast along the edges.
+fn graded(surface: &Surface, mut distances: PerVertex<f64>, side: f64) -> PerVertex<f64> {
+    let mesh = surface.mesh();
+    let scale = side / mean_side(surface, &distances);
+    let mut heap: BinaryHeap<_> = (distances.enumerate())
+        // Sizes are positive: their bits are in their order.
+        .map(|(vertex, size)| Reverse((size.to_bits(), vertex)))
+        .collect();
+    while let Some(Reverse((bits, vertex))) = heap.pop() {
+        if bits != distances[vertex].to_bits() {
+            continue;
+        }
+        for corner in mesh.outgoing(vertex) {
+            for side in [corner, corner.previous()] {
+                let [from, to] = mesh.ends(side);
+                let other = if from == vertex { to } else { from };
+                let way = surface.halfedge_vector(side).length();
+                let most = distances[vertex] + GROWTH_OF_SIDES * way / scale;
+                if most < distances[other] {
+                    distances[other] = most;
+                    heap.push(Reverse((most.to_bits(), other)));
+                }
+            }
+        }
+    }
+    distances
+}
+
+/// The side of one quad of as many as there are with these sides, were all of the same area.
+fn mean_side(surface: &Surface, distances: &PerVertex<f64>) -> f64 {
+    let shapes = face_shapes(surface);
+    let quads = shapes.enumerate().map(|(face, shape)| {
+        let corners = surface.mesh().triangle(face).map(|v| distances[v]);
+        shape.area() / (corners.iter().sum::<f64>() / 3.0).powi(2)
+    });
+    (total_area(&shapes) / quads.sum::<f64>()).sqrt()
 }
 
 /// The places of several densities, that of the finest first.
@@ -248,9 +298,25 @@ mod tests {
         assert!(is_near(made.mesh.polygons.len(), 1500));
         let [top, bottom] =
             [0.8, -1.0].map(|low| mean_side(&made.mesh, |p| (low..low + 0.25).contains(&p.z)));
-        assert!((1.2..2.2).contains(&(top / bottom)), "{top} {bottom}");
+        assert!((1.5..2.2).contains(&(top / bottom)), "{top} {bottom}");
         let again = remesh(&surface, &options, &Watch::new()).unwrap();
         assert_eq!(made.mesh, again.mesh);
+    }
+
+    #[test]
+    fn a_plane_gets_the_singularities_that_a_ramp_of_sizes_needs() {
+        let surface = surface(grid(1.0, 1.0, 40, 40));
+        let sizes = surface.positions().iter().map(|p| libm::pow(3.0, p.x));
+        let sizing = QuadSizing {
+            sizes: Some(PerVertex::new(sizes.collect())),
+            ..QuadSizing::default()
+        };
+        let made = remesh(&surface, &options(1500, sizing), &Watch::new()).unwrap();
+        assert!(made.field.singularities.count() >= 2);
+        let [left, right] =
+            [0.0, 0.9].map(|low| mean_side(&made.mesh, |p| (low..low + 0.1).contains(&p.x)));
+        // Of 2.7 that the sizes tell; along the lines of the square alone it is 1.6.
+        assert!((2.3..3.1).contains(&(right / left)), "{left} {right}");
     }
 
     #[test]

@@ -482,7 +482,7 @@ impl Objective for Regularised<'_> {
 /// The distortion of a Jacobian, its determinant smoothed by `epsilon`, and its derivative.
 fn density(jacobian: DMat2, epsilon: f64) -> (f64, DMat2) {
     let determinant = jacobian.determinant();
-    let root = libm::hypot(epsilon, determinant);
+    let root = (epsilon * epsilon + determinant * determinant).sqrt();
     // The sum cancels where the determinant is negative.
     let smoothed = if determinant >= 0.0 {
         f64::midpoint(determinant, root)

@@ -1,5 +1,6 @@
+mod search;
+
 use std::cell::OnceCell;
-use std::f64::consts::TAU;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -38,10 +39,6 @@ const OVER_RELAXATION: f64 = 1.7;
 /// and where they went against the proportions that the net began with, these give way. Each takes
 /// away about half of what is left to gain.
 const RELAXATIONS: usize = 2;
-
-/// Directions and step lengths (over the mean edge length) of a search.
-const SEARCH_DIRECTIONS: u32 = 12;
-const SEARCH_STEPS: [f64; 4] = [0.3, 0.12, 0.04, 0.012];
 
 /// How good the polygons around a vertex are.
 #[derive(Clone, Copy, Debug)]
@@ -300,46 +297,6 @@ impl<'a> Run<'a> {
                 && (after.is_fine(floor) || after.is_harmless(&before(), floor));
             is_better.then_some(place)
         })
-    }
-
-    /// The best place found where the least mean ratio is larger than now: between the neighbours, or
-    /// on ever smaller circles around the best one before.
-    fn search(&self, vertex: usize, floor: f64) -> Option<Place> {
-        let [u, v] = self.directions(vertex)?;
-        let here = self.places[vertex];
-        let before = self.judge(vertex, here, 1, 0.0);
-        let mut best = (here, before.own_ratio);
-        let mut consider = |target: DVec3| {
-            if let Some(place) = self.reached(vertex, target) {
-                let after = self.judge(vertex, place, 1, 0.0);
-                if after.own_ratio > best.1 && after.is_harmless(&before, floor) {
-                    best = (place, after.own_ratio);
-                }
-            }
-            best.0.position
-        };
-        let mut centre = consider(self.middle_of_neighbors(vertex));
-        for length in SEARCH_STEPS {
-            let around = centre;
-            for direction in 0..SEARCH_DIRECTIONS {
-                let turn = f64::from(direction) / f64::from(SEARCH_DIRECTIONS);
-                let (sine, cosine) = libm::sincos(TAU * turn);
-                centre =
-                    consider(around + (u * cosine + v * sine) * (length * self.scales[vertex]));
-            }
-        }
-        (best.1 > before.own_ratio).then_some(best.0)
-    }
-
-    fn middle_of_neighbors(&self, vertex: usize) -> DVec3 {
-        let corners = self.mesh.corners_at(vertex);
-        let sides = corners
-            .iter()
-            .flat_map(|&corner| [self.mesh.next(corner), self.mesh.previous(corner)]);
-        let sum: DVec3 = sides
-            .map(|corner| self.places[self.mesh.origin(corner) as usize].position)
-            .sum();
-        sum / (2 * corners.len()).max(1) as f64
     }
 
     /// The directions in which the vertex may go; the second one is zero on lines.
