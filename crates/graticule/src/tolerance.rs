@@ -406,9 +406,10 @@ pub const LIKE_LENGTHS: f64 = 1e-9;
 /// Vertices of the surface per quad from which on its curvature counts less for the field: with all
 /// its weight a field turns from one direction to another over some two edges, and so does it over the
 /// same part of a quad's side then, however fine the triangles. Details smaller than quads only make
-/// singularities that these have no room for. Counted from 1 on, fields have fewer still, but one
-/// on a torus of long thin triangles gets some that it does not need.
-pub const FOLLOWING_VERTICES_PER_QUAD: f64 = 5.0;
+/// singularities that these have no room for. From 5 on, scans of 100 000 triangles and more would
+/// keep a third more of them; from 1 on, a torus of long thin triangles would get some that it does
+/// not need.
+pub const FOLLOWING_VERTICES_PER_QUAD: f64 = 2.5;
 
 /// The angle, in radians, that a change of lengths adds at most to how a field turns along an edge. The
 /// sides of quads change by a quarter from one to the next where they change fast, and edges are no

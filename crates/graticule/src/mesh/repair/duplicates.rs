@@ -124,6 +124,15 @@ mod tests {
     }
 
     #[test]
+    fn a_flap_folded_out_of_a_solid_stays_on_both_sides_and_one_on_a_sheet_does_not() {
+        let tetrahedron = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+        let flap = [[0, 1, 4], [1, 0, 4]];
+        assert_eq!(surplus(&[&tetrahedron[..], &flap].concat()), [None; 6]);
+        let at_an_open_edge = [&tetrahedron[1..], &flap].concat();
+        assert_eq!(surplus(&at_an_open_edge), [None, None, None, None, Some(3)]);
+    }
+
+    #[test]
     fn the_same_face_twice_is_surplus_even_on_a_solid() {
         let solid = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3], [1, 0, 2]];
         assert_eq!(surplus(&solid), [None, None, None, None, Some(0)]);

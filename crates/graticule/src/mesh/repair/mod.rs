@@ -141,7 +141,8 @@ pub struct Repaired {
 /// - drops polygons with less than three corners, repeated corners and unused vertices;
 /// - welds, see [`Weld`];
 /// - drops all but one of several polygons over the same vertices; two that face opposite ways
-///   both stay where they part two solids (a wall all of whose rim has other polygons in pairs);
+///   both stay where they part two solids (a wall all of whose rim has other polygons in pairs), or
+///   until crowded edges are parted where they are a flap folded out of a surface;
 /// - cuts polygons into triangles, see [`triangulate_polygon`](super::triangulate_polygon);
 /// - where more than two triangles share an edge, keeps those together that enclose a solid
 ///   between them, or in open components those that go on flattest, and splits the edge for the

@@ -1,5 +1,5 @@
 use glam::DVec3;
-use graticule_fixtures::grid;
+use graticule_fixtures::{cube, grid};
 
 use super::*;
 
@@ -47,6 +47,22 @@ fn a_fin_is_cut_off_and_the_sheet_stays_whole() {
     let topology = Topology::of(repaired.surface.mesh());
     let sheet_part = topology.components[topology.largest_component()];
     assert_eq!([sheet_part.vertices, sheet_part.boundary_loops], [49, 1]);
+}
+
+#[test]
+fn flaps_folded_out_of_a_closed_surface_leave_it_closed() {
+    // Two flaps side by side, on neighbouring edges of a cube, as pinched folds of a scan are.
+    let mut soup = soup_of(&cube());
+    let [a, b, c] = [0, 1, 2].map(|corner| soup.polygons.vertices(0)[corner]);
+    let tip = soup.positions.len() as u32;
+    soup.positions.push(DVec3::splat(2.0));
+    for triangle in [[a, b, tip], [b, a, tip], [b, c, tip], [c, b, tip]] {
+        soup.polygons.push(&triangle);
+    }
+    let repaired = repaired_with(&soup, RepairOptions::default());
+    let topology = Topology::of(repaired.surface.mesh());
+    let solid = topology.components[topology.largest_component()];
+    assert_eq!([solid.faces, solid.boundary_loops], [12, 0]);
 }
 
 #[test]
