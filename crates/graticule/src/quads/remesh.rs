@@ -81,6 +81,8 @@ pub struct RemeshReport {
     pub folds: usize,
     /// Short arcs to or along features and the boundary that were contracted.
     pub snapped: usize,
+    /// Feature edges of the surface on which the map has no line.
+    pub features_dropped: usize,
     /// What became of polygons that were no quads.
     pub cut: CutReport,
     /// The final shape, if there was one.
@@ -335,6 +337,7 @@ fn remesh_at(
         net(surface, (field, made), features, options.mode, watch)
     })?;
     report.map.warn(watch);
+    warn_of_dropped(report.features_dropped, features.len(), watch);
     if let Some(shaping) = &options.shape {
         report.shape = Some(reshape(&mut mesh, surface, features, shaping, watch)?);
         report.mend = Some(mend(&mut mesh, surface, features, watch)?);
@@ -391,7 +394,8 @@ fn net(
     mode: QuadMode,
     watch: &Watch,
 ) -> Result<(PolygonMesh, RemeshReport), RemeshError> {
-    let marks = followed(surface, &made.map, features, watch);
+    let marks = followed(surface, &made.map, features);
+    let is_dropped = |edge: &&EdgeId| !marks[**edge];
     let found = extract_polygons(surface, &made.map, Some(&marks), watch)?;
     watch.check()?;
     let (mesh, cut) = match mode {
@@ -407,6 +411,7 @@ fn net(
         split_cells: found.split_cells,
         folds: found.folds,
         snapped: found.snapped,
+        features_dropped: features.iter().filter(is_dropped).count(),
         cut,
         shape: None,
         mend: None,
@@ -416,22 +421,21 @@ fn net(
     Ok((mesh, report))
 }
 
-/// Marks the features that lines run along; warns of the others.
-fn followed(surface: &Surface, map: &GridMap, features: &[EdgeId], watch: &Watch) -> PerEdge<bool> {
+/// Marks the features that lines run along.
+fn followed(surface: &Surface, map: &GridMap, features: &[EdgeId]) -> PerEdge<bool> {
     let mesh = surface.mesh();
     let mut marks = PerEdge::filled(mesh.edge_count(), false);
     for &edge in features {
         marks[edge] = map.has_line_along(mesh.edge_halfedge(edge));
     }
-    let missed = features.iter().filter(|&&edge| !marks[edge]).count();
-    if missed > 0 {
-        let message = format!(
-            "{missed} of {} feature edges have no line along them",
-            features.len()
-        );
+    marks
+}
+
+fn warn_of_dropped(count: usize, features: usize, watch: &Watch) {
+    if count > 0 {
+        let message = format!("{count} of {features} feature edges have no line along them");
         watch.warn("features-dropped", message);
     }
-    marks
 }
 
 /// The net that comes nearest to the number of quads wanted, of some that are made.
