@@ -4,6 +4,8 @@ use clap::{Args, ValueEnum};
 use graticule::mesh::{Fins, NonFinite, NonOrientable, RepairOptions, Weld};
 use serde::Serialize;
 
+use crate::field_arguments::parse_number;
+
 /// How a mesh that is read becomes a surface.
 #[derive(Args, Clone, Copy, Debug, Serialize)]
 #[command(next_help_heading = "Repair")]
@@ -30,10 +32,22 @@ pub(crate) struct RepairArguments {
 impl RepairArguments {
     /// The library's options; fins are dropped as told, or else as `fins` has it.
     pub(crate) fn with_fins(self, fins: Fins) -> RepairOptions {
-        let options = RepairOptions::from(self);
         RepairOptions {
+            weld: match self.weld {
+                WeldArgument::Auto => Weld::Auto,
+                WeldArgument::Always => Weld::Always,
+                WeldArgument::Never => Weld::Never,
+            },
+            weld_within: self.weld_within,
+            non_finite: match self.non_finite {
+                NonFiniteArgument::Refuse => NonFinite::Refuse,
+                NonFiniteArgument::Drop => NonFinite::DropPolygons,
+            },
+            non_orientable: match self.non_orientable {
+                NonOrientableArgument::Refuse => NonOrientable::Refuse,
+                NonOrientableArgument::Cut => NonOrientable::CutOpen,
+            },
             fins: self.drop_fins.map_or(fins, Fins::DropBelowShare),
-            ..options
         }
     }
 }
@@ -69,33 +83,12 @@ enum NonOrientableArgument {
 
 impl From<RepairArguments> for RepairOptions {
     fn from(arguments: RepairArguments) -> Self {
-        Self {
-            weld: match arguments.weld {
-                WeldArgument::Auto => Weld::Auto,
-                WeldArgument::Always => Weld::Always,
-                WeldArgument::Never => Weld::Never,
-            },
-            weld_within: arguments.weld_within,
-            non_finite: match arguments.non_finite {
-                NonFiniteArgument::Refuse => NonFinite::Refuse,
-                NonFiniteArgument::Drop => NonFinite::DropPolygons,
-            },
-            non_orientable: match arguments.non_orientable {
-                NonOrientableArgument::Refuse => NonOrientable::Refuse,
-                NonOrientableArgument::Cut => NonOrientable::CutOpen,
-            },
-            fins: arguments.drop_fins.map_or(Fins::Keep, Fins::DropBelowShare),
-        }
+        arguments.with_fins(Fins::Keep)
     }
 }
 
 fn parse_share(text: &str) -> Result<f64, String> {
-    let share: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
-    if (0.0..=1.0).contains(&share) {
-        Ok(share)
-    } else {
-        Err("must be from 0 to 1".into())
-    }
+    parse_number(text, |x| (0.0..=1.0).contains(&x), "from 0 to 1")
 }
 
 fn parse_distance(text: &str) -> Result<f64, String> {

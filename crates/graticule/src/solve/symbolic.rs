@@ -12,8 +12,6 @@ use super::{Ordering, Pattern, SolveError, SymmetricMatrix};
 pub struct Symbolic {
     pattern: Arc<Pattern>,
     plan: Arc<Plan>,
-    entries: usize,
-    operations: f64,
 }
 
 impl Symbolic {
@@ -31,14 +29,8 @@ impl Symbolic {
         ordering: &Ordering,
     ) -> Result<Self, SolveError> {
         SolveError::check_length("ordered unknowns", ordering.len(), pattern.columns())?;
-        let plan = Plan::new(&pattern, ordering, |_| false);
-        let (entries, operations) = plan.cost();
-        Ok(Self {
-            pattern,
-            plan: Arc::new(plan),
-            entries,
-            operations,
-        })
+        let plan = Arc::new(Plan::new(&pattern, ordering, |_| false));
+        Ok(Self { pattern, plan })
     }
 
     /// Number of rows and columns.
@@ -50,13 +42,13 @@ impl Symbolic {
     /// Entries of the lower triangular factor, with the few explicit zeros that blocks contain.
     #[must_use]
     pub fn factor_entries(&self) -> usize {
-        self.entries
+        self.plan.cost().0
     }
 
     /// Multiplications of one numeric factorisation, roughly.
     #[must_use]
     pub fn operations(&self) -> f64 {
-        self.operations
+        self.plan.cost().1
     }
 
     pub(super) fn plan(&self) -> &Arc<Plan> {

@@ -10,9 +10,13 @@ use serde::Serialize;
 use crate::arguments::CommonOptions;
 use crate::commands::parameterize::sizing::{self, SizeSource};
 use crate::failure::Failure;
+use crate::field_arguments::parse_number;
 use crate::mesh_output::MeshPaths;
 use crate::outcome::Plan;
 use crate::repair_options::RepairArguments;
+
+/// How many quads, unless told.
+const DEFAULT_QUADS: u32 = 5000;
 
 /// Options of `graticule remesh`.
 #[derive(Args, Debug, Serialize)]
@@ -75,7 +79,7 @@ impl Options {
     pub(super) fn densities(&self) -> Vec<GridDensity> {
         match self.edge_length {
             Some(length) => vec![GridDensity::EdgeLength(length)],
-            None if self.quads.is_empty() => vec![GridDensity::Quads(5000)],
+            None if self.quads.is_empty() => vec![GridDensity::Quads(DEFAULT_QUADS as usize)],
             None => {
                 let numbers = self.quads.iter();
                 numbers
@@ -87,17 +91,13 @@ impl Options {
 
     /// Fins of less than half a quad are dropped unless told otherwise.
     pub(super) fn repair_options(&self) -> RepairOptions {
-        let fin = |density| match density {
-            GridDensity::EdgeLength(length) => Fins::DropBelowArea(0.5 * length * length),
-            GridDensity::Quads(quads) => Fins::DropBelowShare(0.5 / quads as f64),
+        let fins = if let Some(length) = self.edge_length {
+            Fins::DropBelowArea(0.5 * length * length)
+        } else {
+            let finest = self.quads.iter().copied().max().unwrap_or(DEFAULT_QUADS);
+            Fins::DropBelowShare(0.5 / f64::from(finest))
         };
-        let densities = self.densities();
-        let finest = (densities.iter()).max_by_key(|density| match density {
-            GridDensity::Quads(quads) => *quads,
-            GridDensity::EdgeLength(_) => 0,
-        });
-        self.repair
-            .with_fins(finest.copied().map_or(Fins::Keep, fin))
+        self.repair.with_fins(fins)
     }
 
     /// The library's options, without lines of the file and sizes.
@@ -132,27 +132,20 @@ impl Options {
     }
 }
 
-fn number(text: &str, is_good: impl Fn(f64) -> bool, wanted: &str) -> Result<f64, String> {
-    let number = text.parse().ok();
-    number
-        .filter(|&number| is_good(number))
-        .ok_or_else(|| format!("must be {wanted}"))
-}
-
 fn positive_length(text: &str) -> Result<f64, String> {
-    number(text, |x| x > 0.0 && x.is_finite(), "above 0")
+    parse_number(text, |x| x > 0.0 && x.is_finite(), "above 0")
 }
 
 fn factor(text: &str) -> Result<f64, String> {
-    number(text, |x| (1.0..=100.0).contains(&x), "from 1 to 100")
+    parse_number(text, |x| (1.0..=100.0).contains(&x), "from 1 to 100")
 }
 
 fn degrees(text: &str) -> Result<f64, String> {
-    number(text, |x| x > 0.0 && x <= 180.0, "above 0 and at most 180")
+    parse_number(text, |x| x > 0.0 && x <= 180.0, "above 0 and at most 180")
 }
 
 fn share(text: &str) -> Result<f64, String> {
-    number(text, |x| (0.0..1.0).contains(&x), "from 0 to below 1")
+    parse_number(text, |x| (0.0..1.0).contains(&x), "from 0 to below 1")
 }
 
 #[cfg(test)]

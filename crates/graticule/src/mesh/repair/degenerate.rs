@@ -4,7 +4,7 @@ use super::draft::Draft;
 use super::{RepairChanges, RepairError};
 use crate::mesh::HalfedgeId;
 use crate::mesh::faces::{Faces, TriangleFaces};
-use crate::mesh::gluing::{EdgeUses, NONE, Patches, glue};
+use crate::mesh::gluing::{NONE, Patches, glue};
 use crate::mesh::measures::{face_shape, largest_of, length};
 use crate::tolerance;
 use crate::watch::Watch;
@@ -84,7 +84,7 @@ pub(super) fn drop_flat_components(draft: &mut Draft, changes: &mut RepairChange
     for &triangle in &flat {
         is_flat[triangle as usize] = true;
     }
-    let twins = EdgeUses::of(&draft.faces(), draft.positions.len()).twins();
+    let twins = draft.twins();
     let patches = Patches::of(&draft.faces(), &twins);
     let mut has_area = vec![false; patches.count];
     for (&patch, flat) in patches.patch_of_face.iter().zip(is_flat) {
@@ -119,7 +119,7 @@ struct Surgery<'a> {
 
 impl<'a> Surgery<'a> {
     fn new(draft: &'a mut Draft, changes: &'a mut RepairChanges) -> Self {
-        let twins = EdgeUses::of(&draft.faces(), draft.positions.len()).twins();
+        let twins = draft.twins();
         let mut vertex_sides = vec![NONE; draft.positions.len()];
         for (side, &vertex) in (0_u32..).zip(draft.triangles.as_flattened()) {
             vertex_sides[vertex as usize] = side;

@@ -63,6 +63,11 @@ impl Draft {
         TriangleFaces(&self.triangles)
     }
 
+    /// The side glued to each side, as [`EdgeUses::twins`] has it.
+    pub(super) fn twins(&self) -> Vec<u32> {
+        EdgeUses::of(&self.faces(), self.positions.len()).twins()
+    }
+
     /// The soup vertices of an edge.
     pub(super) fn source_edge(&self, side: u32) -> [u32; 2] {
         let ends = self.faces().edge(side);

@@ -3,7 +3,7 @@
 use super::draft::Draft;
 use super::{Fins, RepairChanges};
 use crate::mesh::disjoint_sets::DisjointSets;
-use crate::mesh::gluing::{EdgeUses, NONE, Patches};
+use crate::mesh::gluing::{NONE, Patches};
 use crate::tolerance::MOST_FINS;
 
 /// Drops fins as small as the option says; returns whether any was dropped.
@@ -11,22 +11,20 @@ use crate::tolerance::MOST_FINS;
 /// Where all fins together are more than [`MOST_FINS`] of the surface, as the leaves of a tree, they
 /// are what it is made of, and stay.
 pub(super) fn drop_fins(draft: &mut Draft, fins: Fins, changes: &mut RepairChanges) -> bool {
-    if fins == Fins::Keep {
-        return false;
-    }
-    let twins = EdgeUses::of(&draft.faces(), draft.positions.len()).twins();
-    let patches = Patches::of(&draft.faces(), &twins);
+    let (area, share) = match fins {
+        Fins::Keep => return false,
+        Fins::DropBelowArea(area) => (area, 0.0),
+        Fins::DropBelowShare(share) => (0.0, share),
+    };
+    let patches = Patches::of(&draft.faces(), &draft.twins());
     let mut areas = vec![0.0; patches.count];
     for (triangle, &patch) in draft.triangles.iter().zip(&patches.patch_of_face) {
         let [a, b, c] = triangle.map(|vertex| draft.positions[vertex as usize]);
         areas[patch as usize] += 0.5 * (b - a).cross(c - a).length();
     }
     let total: f64 = areas.iter().sum();
-    let least = match fins {
-        Fins::Keep => 0.0,
-        Fins::DropBelowArea(area) => area,
-        Fins::DropBelowShare(share) => share * total,
-    };
+    // Not their sum: a total that overflows must not reach a limit that is an area.
+    let least = if share > 0.0 { share * total } else { area };
     let is_fin = hanging(draft, &patches, |patch| areas[patch] < least);
     let of_fins = areas.iter().zip(&is_fin).filter(|(_, is_fin)| **is_fin);
     let lost: f64 = of_fins.map(|(area, _)| area).sum();
@@ -47,13 +45,11 @@ pub(super) fn drop_fins(draft: &mut Draft, fins: Fins, changes: &mut RepairChang
 /// not small.
 fn hanging(draft: &Draft, patches: &Patches, is_small: impl Fn(usize) -> bool) -> Vec<bool> {
     let mut groups = DisjointSets::new(patches.count);
-    let mut first_at = vec![NONE; draft.vertex_sources.len()];
+    let last_source = draft.vertex_sources.iter().max();
+    let mut first_at = vec![NONE; last_source.map_or(0, |&source| source as usize + 1)];
     for (triangle, &patch) in draft.triangles.iter().zip(&patches.patch_of_face) {
         for &vertex in triangle {
             let source = draft.vertex_sources[vertex as usize] as usize;
-            if first_at.len() <= source {
-                first_at.resize(source + 1, NONE);
-            }
             if first_at[source] == NONE {
                 first_at[source] = patch;
             }

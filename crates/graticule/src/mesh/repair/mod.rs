@@ -29,7 +29,6 @@ pub use changes::RepairChanges;
 pub use error::RepairError;
 
 use self::draft::Draft;
-use super::gluing::EdgeUses;
 use super::{PerCorner, PerFace, PerVertex, PolygonSoup, Surface, TriangleMesh};
 use crate::watch::Watch;
 
@@ -181,7 +180,7 @@ pub fn repair(
     let mut twins = manifold::make_manifold(&mut draft, &mut changes, watch)?;
     if !changes.edges_split.is_empty() && draft.drop_duplicates(&mut changes) {
         // A wall that was held to itself is a sheet given twice after all.
-        twins = EdgeUses::of(&draft.faces(), draft.positions.len()).twins();
+        twins = draft.twins();
     }
     watch.check()?;
     orient::orient(&mut draft, twins, *options, &mut changes)?;
