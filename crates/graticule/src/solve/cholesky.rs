@@ -92,18 +92,19 @@ impl Factored for Cholesky {
 
     fn solve_in_place(&self, columns: &mut [f64]) -> Result<(), SolveError> {
         // Two columns as one complex one: the factor is read once for both.
-        for pair in columns.chunks_mut(2 * self.order().max(1)) {
+        let mut pairs = columns.chunks_exact_mut(2 * self.order().max(1));
+        for pair in &mut pairs {
             let (one, other) = pair.split_at_mut(self.order());
-            let imaginary = other.iter().copied().chain(std::iter::repeat(0.0));
-            let both = one.iter().zip(imaginary);
-            let both: Vec<c64> = both.map(|(&re, im)| c64::new(re, im)).collect();
+            let both = one.iter().zip(&*other);
+            let both: Vec<c64> = both.map(|(&re, &im)| c64::new(re, im)).collect();
             let solved = self.factor.solve(&both)?;
-            for (value, solved) in one.iter_mut().zip(&solved) {
-                *value = solved.re;
+            for ((one, other), solved) in one.iter_mut().zip(other).zip(solved) {
+                (*one, *other) = (solved.re, solved.im);
             }
-            for (value, solved) in other.iter_mut().zip(&solved) {
-                *value = solved.im;
-            }
+        }
+        let last = pairs.into_remainder();
+        if !last.is_empty() {
+            last.copy_from_slice(&self.factor.solve(last)?);
         }
         Ok(())
     }

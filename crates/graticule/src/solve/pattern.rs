@@ -55,7 +55,8 @@ impl Pattern {
         &self.row_indices[self.range(column)]
     }
 
-    pub(super) fn range(&self, column: usize) -> std::ops::Range<usize> {
+    /// Numbers of the entries of one column.
+    pub(crate) fn range(&self, column: usize) -> std::ops::Range<usize> {
         self.column_starts[column] as usize..self.column_starts[column + 1] as usize
     }
 
@@ -87,33 +88,33 @@ impl Pattern {
     }
 }
 
-/// Triplets grouped by column, rows ascending, equal places in the order given.
+/// Triplets grouped by column, rows ascending, equal places in the order given: the start of each
+/// column among them, and rows and values.
 ///
-/// Two stable counting sorts, so that sums over equal places never depend on anything but the
-/// order in which the triplets came.
-pub(super) fn sort_triplets(
-    [rows, columns]: [usize; 2],
-    triplets: Vec<(u32, u32, f64)>,
-) -> Vec<(u32, u32, f64)> {
-    let by_row = counting_sort(rows, triplets, |&(row, _, _)| row);
-    counting_sort(columns, by_row, |&(_, column, _)| column)
-}
-
-fn counting_sort<T: Copy>(keys: usize, items: Vec<T>, key: impl Fn(&T) -> u32) -> Vec<T> {
-    let mut starts = vec![0_usize; keys + 1];
-    for item in &items {
-        starts[key(item) as usize + 1] += 1;
+/// So sums over equal places never depend on anything but the order in which the triplets came.
+/// Linear time but for the sorting within each column.
+pub(super) fn group_by_column(
+    columns: usize,
+    triplets: &[(u32, u32, f64)],
+) -> (Vec<usize>, Vec<(u32, f64)>) {
+    let mut starts = vec![0_usize; columns + 1];
+    for &(_, column, _) in triplets {
+        starts[column as usize + 1] += 1;
     }
-    for index in 0..keys {
-        starts[index + 1] += starts[index];
+    for column in 0..columns {
+        starts[column + 1] += starts[column];
     }
-    let mut sorted = items.clone();
-    for item in items {
-        let place = &mut starts[key(&item) as usize];
-        sorted[*place] = item;
+    let mut next = starts.clone();
+    let mut grouped = vec![(0, 0.0); triplets.len()];
+    for &(row, column, value) in triplets {
+        let place = &mut next[column as usize];
+        grouped[*place] = (row, value);
         *place += 1;
     }
-    sorted
+    for ends in starts.windows(2) {
+        grouped[ends[0]..ends[1]].sort_by_key(|&(row, _)| row);
+    }
+    (starts, grouped)
 }
 
 /// Refuses sizes that 32-bit indices cannot name.

@@ -117,14 +117,7 @@ impl NormalEquations {
         terms: impl IntoIterator<Item = (u32, f64)>,
         wish: f64,
     ) {
-        self.terms.clear();
-        for (column, factor) in terms {
-            match self.terms.iter_mut().find(|term| term.0 == column) {
-                Some(term) => term.1 += factor,
-                None => self.terms.push((column, factor)),
-            }
-        }
-        self.terms.retain(|term| term.1 != 0.0);
+        merge_terms(terms, &mut self.terms);
         for (place, &(column, factor)) in self.terms.iter().enumerate() {
             let weighted = weight * factor;
             self.right_side[column as usize] += weighted * wish;
@@ -155,6 +148,21 @@ impl NormalEquations {
         )?;
         Ok((matrix, self.right_side))
     }
+}
+
+/// Puts like terms together, in `merged`; those that vanish are left out.
+pub(super) fn merge_terms(
+    terms: impl IntoIterator<Item = (u32, f64)>,
+    merged: &mut Vec<(u32, f64)>,
+) {
+    merged.clear();
+    for (column, factor) in terms {
+        match merged.iter_mut().find(|term| term.0 == column) {
+            Some(term) => term.1 += factor,
+            None => merged.push((column, factor)),
+        }
+    }
+    merged.retain(|term| term.1 != 0.0);
 }
 
 #[cfg(test)]

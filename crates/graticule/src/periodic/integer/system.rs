@@ -7,12 +7,12 @@ use faer::{Accum, Mat, Par};
 use glam::DVec2;
 
 use super::IntegerGridError;
-use super::energy::NormalEquations;
+use super::energy::{NormalEquations, merge_terms};
 use super::form::Form;
 use super::solver::Parts;
 use super::unknowns::{Slot, turned};
 use crate::mesh::{Element, HalfedgeId, PerCorner};
-use crate::solve::{Cholesky, Graph, Ordering, Pattern, SolveError};
+use crate::solve::{Cholesky, Ordering, Pattern, SolveError, SymmetricMatrix};
 
 /// The most entries off the diagonal: 1.6 GB. Six million triangles have so many.
 const MOST_ENTRIES: usize = 1 << 26;
@@ -51,7 +51,8 @@ impl NetSystem {
 
     /// Takes over other weights, of which none was or becomes 0.
     pub(super) fn reweigh(&mut self, parts: Parts<'_>) -> Result<(), IntegerGridError> {
-        let (matrix, loads) = normal_equations(parts, self.loads.len())?.finish()?;
+        let matrix = reweighed(self.factor.matrix(), parts)?;
+        let loads = right_side(parts, self.loads.len());
         let factor = Cholesky::factor(self.factor.symbolic(), &matrix)?;
         *self = Self::factored(factor, loads, self.reals)?;
         Ok(())
@@ -161,6 +162,33 @@ pub(super) fn normal_equations(
     Ok(equations)
 }
 
+/// The matrix of the same squares with other weights.
+fn reweighed(
+    matrix: &SymmetricMatrix,
+    parts: Parts<'_>,
+) -> Result<SymmetricMatrix, IntegerGridError> {
+    // A column of it begins with the entry on the diagonal.
+    let pattern = matrix.lower().pattern();
+    let mut values = vec![0.0; pattern.entries()];
+    let mut merged = Vec::new();
+    for_each_square(parts, |weight, terms, _| {
+        merge_terms(terms.iter().copied(), &mut merged);
+        for (place, &(column, factor)) in merged.iter().enumerate() {
+            let weighted = weight * factor;
+            values[pattern.range(column as usize).start] += weighted * factor;
+            for &(other, more) in &merged[..place] {
+                let [row, column] = [column.max(other), column.min(other)];
+                if let Some(entry) = pattern.find(row as usize, column as usize) {
+                    values[entry] += weighted * more;
+                }
+            }
+        }
+        Ok::<(), Infallible>(())
+    })
+    .unwrap_or_else(|never| match never {});
+    Ok(matrix.with_values(values)?)
+}
+
 /// The differences of coordinates along each halfedge, in its own triangle, for values of the real
 /// unknowns and of the whole ones after them.
 pub(super) fn differences(parts: Parts<'_>, values: &[f64]) -> PerCorner<DVec2> {
@@ -237,15 +265,10 @@ fn for_each_square<E>(
 /// Real unknowns as a mesh wants it, then the whole ones.
 fn ordering(parts: Parts<'_>, pattern: &Pattern) -> Ordering {
     let unknowns = parts.unknowns;
-    let reals = unknowns.reals as u32;
-    let entries = (0..reals).flat_map(|column| {
-        let rows = pattern.column(column as usize).iter();
-        rows.map(move |&row| [row, column])
-    });
-    let graph = Graph::from_edges(reals as usize, entries.filter(|[row, _]| *row < reals));
-    let points = unknowns.points(parts.mesh, parts.positions);
-    let order = Ordering::for_mesh(&graph, &points);
+    let (points, point_of) = unknowns.points(parts.positions);
+    let order = Ordering::of_groups(pattern, &point_of, &points);
     let all = order.order().iter().copied();
-    let all = all.chain(reals..reals + unknowns.wholes as u32).collect();
-    Ordering::from_order(all).unwrap_or_else(|| Ordering::natural(pattern.columns()))
+    let wholes = unknowns.reals as u32..pattern.columns() as u32;
+    Ordering::from_order(all.chain(wholes).collect())
+        .unwrap_or_else(|| Ordering::natural(pattern.columns()))
 }

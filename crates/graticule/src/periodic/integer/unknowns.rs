@@ -81,15 +81,19 @@ impl Unknowns {
         (self.slots[mesh.origin(corner)][which], sign)
     }
 
-    /// Where the real unknowns lie.
-    pub(super) fn points(&self, mesh: &TriangleMesh, positions: &PerVertex<DVec3>) -> Vec<DVec3> {
-        let mut points = Vec::with_capacity(self.reals);
-        for vertex in mesh.vertices() {
-            let reals = self.slots[vertex].iter();
-            let count = reals.filter(|slot| matches!(slot, Slot::Real(_))).count();
-            points.extend(std::iter::repeat_n(positions[vertex], count));
+    /// The points where real unknowns lie, and for each of these the number of its point.
+    pub(super) fn points(&self, positions: &PerVertex<DVec3>) -> (Vec<DVec3>, Vec<u32>) {
+        let mut points = Vec::with_capacity(self.slots.len());
+        let mut point_of = Vec::with_capacity(self.reals);
+        for (slots, &position) in self.slots.iter().zip(positions) {
+            let reals = slots.iter().filter(|slot| matches!(slot, Slot::Real(_)));
+            let before = point_of.len();
+            point_of.extend(reals.map(|_| points.len() as u32));
+            if point_of.len() > before {
+                points.push(position);
+            }
         }
-        points
+        (points, point_of)
     }
 
     /// A coordinate of the shifts in a jump, as a sum of whole unknowns.

@@ -14,6 +14,17 @@ pub(super) struct CornerTerm {
     pub(super) angle: (f64, f64),
 }
 
+/// How good a corner is.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Grade {
+    /// The inverse mean ratio: 1 at the best, infinite for a corner without area.
+    pub(super) value: f64,
+    /// The sine of its angle over that of the angle it should have.
+    pub(super) sine: f64,
+    /// The mean ratio: 1 at the best, 0 for a corner without area, negative for an inverted one.
+    pub(super) mean_ratio: f64,
+}
+
 /// Value, and derivatives along two directions.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Derivatives {
@@ -37,36 +48,32 @@ impl CornerTerm {
     /// The area of the rectangle on the sides.
     pub(super) fn extent(&self, x: DVec3) -> f64 {
         let [out, back] = self.sides(x);
-        out.length() * back.length()
+        (out.length_squared() * back.length_squared()).sqrt()
     }
 
-    /// The sine of the corner's angle over that of the angle it should have. A corner without sides
-    /// counts as the worst: an inverted one can be turned back, two vertices in one place seldom part.
-    pub(super) fn sine(&self, x: DVec3) -> f64 {
-        let extent = self.extent(x);
-        if extent > 0.0 {
-            self.area(x) / (extent * self.angle.1)
+    /// How good the corner is. With a `blur` above 0 its value takes positive areas that tend to the
+    /// true ones, as in [Escobar et al. 2003].
+    ///
+    /// A corner without sides counts as the worst: an inverted one can be turned back, two vertices
+    /// in one place seldom part.
+    pub(super) fn grade(&self, x: DVec3, blur: f64) -> Grade {
+        let sides = self.sides(x);
+        let [out, back] = sides;
+        let area = out.cross(back).dot(self.normal);
+        let extent = (out.length_squared() * back.length_squared()).sqrt();
+        let squares = self.squares(sides);
+        let sine_wanted = self.angle.1;
+        let (sine, mean_ratio) = if extent > 0.0 {
+            let ratio = 2.0 * sine_wanted * area / squares.max(f64::MIN_POSITIVE);
+            (area / (extent * sine_wanted), ratio)
         } else {
-            -1.0
+            (-1.0, -1.0)
+        };
+        Grade {
+            value: squares / (2.0 * sine_wanted * blurred(area, blur).0),
+            sine,
+            mean_ratio,
         }
-    }
-
-    /// The mean ratio: 1 at the best, 0 for a corner without area, negative for an inverted one and
-    /// for one without sides.
-    pub(super) fn mean_ratio(&self, x: DVec3) -> f64 {
-        if self.extent(x) <= 0.0 {
-            return -1.0;
-        }
-        let squares = self.squares(self.sides(x));
-        2.0 * self.angle.1 * self.area(x) / squares.max(f64::MIN_POSITIVE)
-    }
-
-    /// The inverse mean ratio: 1 at the best, infinite for a corner without area. With a `blur`
-    /// above 0 areas are replaced by positive ones that tend to them, as in [Escobar et al. 2003].
-    pub(super) fn value(&self, x: DVec3, blur: f64) -> f64 {
-        let [out, back] = self.sides(x);
-        let area = blurred(out.cross(back).dot(self.normal), blur).0;
-        self.squares([out, back]) / (2.0 * self.angle.1 * area)
     }
 
     fn squares(&self, [out, back]: [DVec3; 2]) -> f64 {
@@ -207,7 +214,7 @@ mod tests {
         {
             let x = x + term.out.1.max(0.0) * DVec3::X;
             let exact = term.derivatives(x, blur, DIRECTIONS);
-            assert!((exact.value - term.value(x, blur)).abs() < 1e-12);
+            assert!((exact.value - term.grade(x, blur).value).abs() < 1e-12);
             for (axis, direction) in DIRECTIONS.into_iter().enumerate() {
                 let at =
                     |share: f64| term.derivatives(x + direction * (share * step), blur, DIRECTIONS);
@@ -232,19 +239,19 @@ mod tests {
             normal: DVec3::Z,
             ..corner
         };
-        assert!((rectangle.value(DVec3::ZERO, 0.0) - 1.0).abs() < 1e-12);
-        assert!((rectangle.mean_ratio(DVec3::ZERO) - 1.0).abs() < 1e-12);
+        assert!((rectangle.grade(DVec3::ZERO, 0.0).value - 1.0).abs() < 1e-12);
+        assert!((rectangle.grade(DVec3::ZERO, 0.0).mean_ratio - 1.0).abs() < 1e-12);
         let equilateral = CornerTerm {
             out: (DVec3::X, -1.0),
             back: (DVec3::new(0.5, 0.75_f64.sqrt(), 0.0), -1.0),
             normal: DVec3::Z,
             ..of_triangle
         };
-        assert!((equilateral.value(DVec3::ZERO, 0.0) - 1.0).abs() < 1e-12);
+        assert!((equilateral.grade(DVec3::ZERO, 0.0).value - 1.0).abs() < 1e-12);
         for term in [rectangle, equilateral] {
             let at_best = term.derivatives(DVec3::ZERO, 0.0, [DVec3::X, DVec3::Y]);
             assert!(at_best.gradient.length() < 1e-12);
-            assert!(term.value(DVec3::new(0.1, 0.05, 0.0), 0.0) > 1.0);
+            assert!(term.grade(DVec3::new(0.1, 0.05, 0.0), 0.0).value > 1.0);
         }
     }
 

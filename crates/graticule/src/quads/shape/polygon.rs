@@ -1,4 +1,5 @@
 use std::f64::consts::TAU;
+use std::ops::Range;
 
 use glam::DVec3;
 
@@ -15,7 +16,7 @@ pub(super) struct View {
 
 impl View {
     /// Of the polygon with its vertices at these places.
-    pub(super) fn of(places: impl Iterator<Item = Place> + Clone) -> Self {
+    pub(super) fn of<'a>(places: impl Iterator<Item = &'a Place> + Clone) -> Self {
         let area = vector_area(places.clone().map(|place| place.position));
         let normal = area.normalize_or_zero();
         let cosines = places.clone().map(|place| normal.dot(place.normal));
@@ -29,24 +30,28 @@ impl View {
 /// The least sine at a corner of a polygon over that of the regular polygon, negative where it is
 /// turned over.
 pub(in crate::quads) fn quality(places: &[Place]) -> f64 {
-    let normal = View::of(places.iter().copied()).normal;
+    let normal = View::of(places.iter()).normal;
     least_sine(places.len(), normal, |corner| places[corner].position)
 }
 
 /// The least sine at a corner of a polygon with `count` corners over that of the regular polygon.
 pub(super) fn least_sine(count: usize, normal: DVec3, at: impl Fn(usize) -> DVec3) -> f64 {
-    let last = count - 1;
-    let mut least = f64::INFINITY;
-    let mut around = [at(last - 1), at(last), at(0)];
-    for corner in 0..=last {
-        least = least.min(corner_sine(around, normal));
-        around = [
-            around[1],
-            around[2],
-            at(if corner == last { 0 } else { corner + 1 }),
-        ];
-    }
-    least / regular_angle(count).1
+    least_sine_of(0..count, count, normal, at)
+}
+
+/// The same at some of its corners; those from `count` on are those from 0 on again.
+pub(super) fn least_sine_of(
+    corners: Range<usize>,
+    count: usize,
+    normal: DVec3,
+    at: impl Fn(usize) -> DVec3,
+) -> f64 {
+    let around = |corner: usize| at(corner % count);
+    let sine = |corner: usize| {
+        let [before, after] = [around(corner + count - 1), around(corner + 1)];
+        corner_sine([before, around(corner), after], normal)
+    };
+    corners.map(sine).fold(f64::INFINITY, f64::min) / regular_angle(count).1
 }
 
 /// Cosine and sine of the angle of a regular polygon.
@@ -75,7 +80,7 @@ fn facing(normal: DVec3, of_surface: DVec3) -> DVec3 {
 /// length.
 fn corner_sine([before, corner, after]: [DVec3; 3], normal: DVec3) -> f64 {
     let [out, back] = [after - corner, before - corner];
-    let lengths = out.length() * back.length();
+    let lengths = (out.length_squared() * back.length_squared()).sqrt();
     if lengths > 0.0 {
         out.cross(back).dot(normal) / lengths
     } else {

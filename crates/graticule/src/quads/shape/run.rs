@@ -9,7 +9,7 @@ use super::colors::independent_groups;
 use super::energy::{CornerTerm, raise, sum_of_powers};
 use super::freedom::{Freedom, freedoms};
 use super::ground::{Ground, Place};
-use super::polygon::{View, least_sine, regular_angle};
+use super::polygon::{View, least_sine, least_sine_of, regular_angle};
 use super::proportions::wanted;
 use super::{Net, ShapeError, ShapeOptions, ShapeQuality, ShapeReport, Shaped};
 use crate::geometry::slide_towards;
@@ -344,12 +344,13 @@ impl<'a> Run<'a> {
 
     /// The corners around a vertex that its position takes part in.
     fn terms(&self, vertex: usize) -> Vec<CornerTerm> {
-        let corners = self.mesh.corners_at(vertex).iter();
-        let terms = corners.flat_map(|&corner| {
-            let view = self.view(self.mesh.polygon(corner), |v| self.places[v as usize]);
-            self.terms_at(corner, view.normal)
-        });
-        terms.collect()
+        let corners = self.mesh.corners_at(vertex);
+        let mut terms = Vec::with_capacity(3 * corners.len());
+        for &corner in corners {
+            let view = self.view(self.mesh.polygon(corner), |v| &self.places[v as usize]);
+            terms.extend(self.terms_at(corner, view.normal));
+        }
+        terms
     }
 
     /// The corners of a polygon that the vertex of `corner` takes part in.
@@ -395,9 +396,9 @@ impl<'a> Run<'a> {
         };
         let placed = |other: u32| {
             if other as usize == vertex {
-                place
+                &place
             } else {
-                self.places[other as usize]
+                &self.places[other as usize]
             }
         };
         for &corner in self.mesh.corners_at(vertex) {
@@ -405,30 +406,45 @@ impl<'a> Run<'a> {
             let view = self.view(polygon, placed);
             judgement.facing = judgement.facing.min(view.facing);
             for term in self.terms_at(corner, view.normal) {
-                judgement.energy += raise(term.value(x, blur), power);
-                judgement.own_sine = judgement.own_sine.min(term.sine(x));
-                judgement.own_ratio = judgement.own_ratio.min(term.mean_ratio(x));
+                let grade = term.grade(x, blur);
+                judgement.energy += raise(grade.value, power);
+                judgement.own_sine = judgement.own_sine.min(grade.sine);
+                judgement.own_ratio = judgement.own_ratio.min(grade.mean_ratio);
             }
-            let sine = self.least_sine(polygon, view.normal, placed);
+            let sine = self.least_sine_away_from(corner, view.normal, placed);
             judgement.least_sine = judgement.least_sine.min(sine);
         }
+        judgement.least_sine = judgement.least_sine.min(judgement.own_sine);
         judgement
     }
 
-    fn view(&self, polygon: usize, place: impl Fn(u32) -> Place) -> View {
+    fn view<'p>(&self, polygon: usize, place: impl Fn(u32) -> &'p Place) -> View {
         let vertices = self.mesh.vertices(polygon).iter();
         View::of(vertices.map(|&vertex| place(vertex)))
     }
 
-    fn least_sine(&self, polygon: usize, normal: DVec3, place: impl Fn(u32) -> Place) -> f64 {
+    /// The least sine of the polygon of `corner` at those of its corners that the vertex of `corner`
+    /// does not take part in.
+    fn least_sine_away_from<'p>(
+        &self,
+        corner: u32,
+        normal: DVec3,
+        place: impl Fn(u32) -> &'p Place,
+    ) -> f64 {
+        let polygon = self.mesh.polygon(corner);
         let vertices = self.mesh.vertices(polygon);
-        least_sine(vertices.len(), normal, |k| place(vertices[k]).position)
+        let count = vertices.len();
+        let own = (corner - self.mesh.corners(polygon).start) as usize;
+        let away = own + 2..own + count - 1;
+        least_sine_of(away, count, normal, |k| place(vertices[k]).position)
     }
 
     /// The quality of a polygon as it is.
     fn polygon_quality(&self, polygon: usize) -> f64 {
-        let place = |vertex: u32| self.places[vertex as usize];
-        self.least_sine(polygon, self.view(polygon, place).normal, place)
+        let vertices = self.mesh.vertices(polygon);
+        let place = |vertex: u32| &self.places[vertex as usize];
+        let normal = self.view(polygon, place).normal;
+        least_sine(vertices.len(), normal, |k| place(vertices[k]).position)
     }
 
     fn least_of_quads(&self) -> f64 {

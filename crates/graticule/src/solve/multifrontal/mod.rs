@@ -41,7 +41,7 @@ pub(super) struct Multifrontal {
 }
 
 /// The panel of a block: `width` columns of `height` numbers.
-enum PanelValues<'a> {
+pub(super) enum PanelValues<'a> {
     Real(&'a [f64]),
     Complex(&'a [c64]),
 }

@@ -29,9 +29,12 @@ impl Graph {
         Self::from_edges(pattern.columns(), entries(pattern))
     }
 
-    /// The graph of groups of unknowns; `group_of` has one entry per unknown.
+    /// The graph of groups of unknowns; `group_of` has one entry for each unknown, or for the first
+    /// ones if only these are in groups.
     pub(super) fn of_groups(pattern: &Pattern, groups: usize, group_of: &[u32]) -> Self {
-        let edges = entries(pattern).map(|ends| ends.map(|end| group_of[end as usize]));
+        let grouped = group_of.len() as u32;
+        let edges = entries(pattern).filter(|&[row, column]| row.max(column) < grouped);
+        let edges = edges.map(|ends| ends.map(|end| group_of[end as usize]));
         Self::from_edges(groups, edges)
     }
 

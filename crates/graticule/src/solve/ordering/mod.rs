@@ -2,6 +2,8 @@
 
 use glam::DVec3;
 
+use super::Pattern;
+
 mod cut;
 mod dissection;
 mod graph;
@@ -96,6 +98,13 @@ impl Ordering {
         let block = block as u32;
         let unknowns = |&vertex: &u32| (0..block).map(move |k| block * vertex + k);
         Self::from_permutation(self.order.iter().flat_map(unknowns).collect())
+    }
+
+    /// An order of the first unknowns of a pattern, those of one point together: `group_of` ascends
+    /// and has one entry for each of them, `points` one for each group.
+    pub(crate) fn of_groups(pattern: &Pattern, group_of: &[u32], points: &[DVec3]) -> Self {
+        let graph = Graph::of_groups(pattern, points.len(), group_of);
+        Self::for_mesh(&graph, points).expanded_to(group_of)
     }
 
     /// The order of unknowns that belong to groups: `group_of` ascends, one entry per unknown.

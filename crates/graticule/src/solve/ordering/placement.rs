@@ -74,14 +74,11 @@ impl<'a> Placement<'a> {
             }
             group_of.push(groups.len() as u32 - 1);
         }
-        let graph = Graph::of_groups(pattern, groups.len(), &group_of);
-        let grouped = match self.points {
-            Some(points) => {
-                let points: Vec<DVec3> = groups.iter().map(|&g| points[g as usize]).collect();
-                Ordering::for_mesh(&graph, &points)
-            }
-            None => Ordering::minimum_degree(&graph),
+        let Some(points) = self.points else {
+            let graph = Graph::of_groups(pattern, groups.len(), &group_of);
+            return Ok(Ordering::minimum_degree(&graph).expanded_to(&group_of));
         };
-        Ok(grouped.expanded_to(&group_of))
+        let points: Vec<DVec3> = groups.iter().map(|&g| points[g as usize]).collect();
+        Ok(Ordering::of_groups(pattern, &group_of, &points))
     }
 }

@@ -48,9 +48,10 @@ impl Run<'_> {
         let x = self.places[vertex].position;
         let mut corners: Vec<(f64, u32)> = (self.mesh.corners_at(vertex).iter())
             .map(|&corner| {
-                let view = self.view(self.mesh.polygon(corner), |v| self.places[v as usize]);
-                let ratios = self.terms_at(corner, view.normal).map(|t| t.mean_ratio(x));
-                (ratios.into_iter().fold(f64::INFINITY, f64::min), corner)
+                let view = self.view(self.mesh.polygon(corner), |v| &self.places[v as usize]);
+                let grades = self.terms_at(corner, view.normal).map(|t| t.grade(x, 0.0));
+                let ratios = grades.iter().map(|grade| grade.mean_ratio);
+                (ratios.fold(f64::INFINITY, f64::min), corner)
             })
             .collect();
         corners.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -68,9 +69,9 @@ impl Run<'_> {
     ) -> Option<f64> {
         let placed = |other: u32| {
             if other as usize == vertex {
-                place
+                &place
             } else {
-                self.places[other as usize]
+                &self.places[other as usize]
             }
         };
         let mut lowest = f64::INFINITY;
@@ -78,17 +79,20 @@ impl Run<'_> {
             let polygon = self.mesh.polygon(corner);
             let view = self.view(polygon, placed);
             let terms = self.terms_at(corner, view.normal);
-            for term in &terms {
-                lowest = lowest.min(term.mean_ratio(place.position));
+            let mut own_sine = f64::INFINITY;
+            for term in terms {
+                let grade = term.grade(place.position, 0.0);
+                lowest = lowest.min(grade.mean_ratio);
+                own_sine = own_sine.min(grade.sine);
             }
             // Not `<=`: what is not a number is no better either.
             let is_raised = lowest > least;
             if !is_raised || view.facing < before.facing.min(tolerance::FACING_QUAD) {
                 return None;
             }
-            let own_sine = terms.iter().map(|term| term.sine(place.position));
-            if own_sine.fold(f64::INFINITY, f64::min) < before.own_sine.min(floor)
-                || self.least_sine(polygon, view.normal, placed) < before.least_sine.min(floor)
+            let least_sine = self.least_sine_away_from(corner, view.normal, placed);
+            if own_sine < before.own_sine.min(floor)
+                || least_sine.min(own_sine) < before.least_sine.min(floor)
             {
                 return None;
             }
