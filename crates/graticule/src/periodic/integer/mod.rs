@@ -3,12 +3,13 @@
 //! (F. Kälberer, M. Nieser, K. Polthier, *Surface Parameterization using Branched Coverings*, 2007; D. Bommes, H. Zimmer, L. Kobbelt,
 //! *Mixed-Integer Quadrangulation*, 2009).
 //!
-//! The steps, a file each: axes per triangle with singular vertices, a cut along which coordinates
+//! The steps for each component, a file each: axes per triangle with singular vertices, a cut along which coordinates
 //! jump, lines to be followed, the unknowns with their whole equations, the energy, weights for
 //! squeezed triangles, rounding, and the removal of flips.
 
 mod alignment;
 mod batches;
+mod components;
 mod cut;
 mod descent;
 mod energy;
@@ -17,6 +18,7 @@ mod form;
 mod frames;
 mod guard;
 mod lattice;
+mod net;
 mod options;
 mod poisson;
 mod report;

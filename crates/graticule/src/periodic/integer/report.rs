@@ -32,13 +32,28 @@ pub struct IntegerGridReport {
     /// Vertices on lines to be followed that were let go of them, where nothing else made triangles
     /// positive.
     pub released_vertices: usize,
-    /// Times that lines were drawn closer together round flipped triangles.
+    /// Times that lines were drawn closer together round flipped triangles: the most of any
+    /// component.
     pub denser_rounds: usize,
     /// Densities that were tried for the number of quads.
     pub densities: usize,
 }
 
 impl IntegerGridReport {
+    /// Counts another component in. What is one for all is left as it is.
+    pub(super) fn add(&mut self, other: &Self) {
+        self.field_singularities += other.field_singularities;
+        self.singular_vertices += other.singular_vertices;
+        self.chains += other.chains;
+        self.whole_parameters += other.whole_parameters;
+        self.aligned_edges += other.aligned_edges;
+        self.dropped_edges += other.dropped_edges;
+        self.cells += other.cells;
+        self.flips += other.flips;
+        self.released_vertices += other.released_vertices;
+        self.denser_rounds = self.denser_rounds.max(other.denser_rounds);
+    }
+
     /// Tells what the map does not keep of what was asked for.
     pub fn warn(&self, watch: &Watch) {
         for (code, count, what) in [

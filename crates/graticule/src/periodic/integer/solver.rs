@@ -44,12 +44,8 @@ impl Solver {
         if parts.unknowns.wholes > MOST_DENSE {
             return Self::in_batches(parts, (rows, parameters));
         }
-        let system = {
-            let _stage = watch.stage("factorisation");
-            NetSystem::new(parts)?
-        };
+        let system = NetSystem::new(parts)?;
         watch.check()?;
-        let _stage = watch.stage("whole numbers");
         let rounding = Rounding::new(system.over_parameters(rows, parameters))
             .ok_or(IntegerGridError::Undetermined { parameters })?;
         Ok(Self::Dense {

@@ -54,14 +54,7 @@ impl Multifrontal {
 
 /// A number of a right-hand side.
 pub(in crate::solve) trait Number:
-    Copy
-    + Default
-    + AddAssign
-    + SubAssign
-    + Sub<Output = Self>
-    + Div<f64, Output = Self>
-    + Sum
-    + Send
+    Copy + Default + AddAssign + SubAssign + Sub<Output = Self> + Div<f64, Output = Self> + Sum + Send
 {
     /// Solves with the columns of a block, and takes what they say from the rows below.
     fn forward(panel: PanelValues<'_>, width: usize, front: &mut [Self]);
