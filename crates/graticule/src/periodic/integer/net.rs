@@ -142,12 +142,6 @@ const MOST_DENSER_ROUNDS: usize = 8;
 /// The same where each density takes a dozen factorisations.
 const MOST_DENSER_ROUNDS_IN_BATCHES: usize = 2;
 
-/// The most flipped triangles round which lines are drawn closer together. Where there are more,
-/// the density is too low for the whole component, and each round would cost as much as the map.
-fn most_flips_mended(surface: &Surface) -> usize {
-    (surface.mesh().face_count() / 100).max(200)
-}
-
 impl Net {
     fn new(mut draft: Draft, solver: Solver, weights: PerCorner<f64>) -> Self {
         let plain_weights = std::mem::replace(&mut draft.energy.weights, weights);
@@ -163,8 +157,8 @@ impl Net {
         }
     }
 
-    /// Draws lines closer together round triangles, if there are not too many and lines were not
-    /// drawn closer too often; tells whether that was so.
+    /// Draws lines closer together round triangles; tells whether there was any place for that, and
+    /// it was not done too often.
     pub(super) fn densify(
         &mut self,
         faces: &[FaceId],
@@ -173,7 +167,6 @@ impl Net {
         let draft = &mut self.draft;
         let mesh = draft.surface.mesh();
         if self.denser_rounds == most_denser_rounds(&self.solver)
-            || faces.len() > most_flips_mended(&draft.surface)
             || !self.sizing.raise_at(mesh, faces, density)
         {
             return Ok(false);

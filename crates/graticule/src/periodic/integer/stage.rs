@@ -142,9 +142,13 @@ impl IntegerGrid {
         Ok(best.unwrap_or_else(|| unreachable!("a map was settled in the first round")))
     }
 
-    /// Draws lines closer together round the flipped triangles of each component; tells whether there
-    /// was any place for that.
+    /// Draws lines closer together round the flipped triangles of each component, if there are not
+    /// too many in all; tells whether there was any place for that.
     fn densify(&mut self, flipped: &[Vec<FaceId>], density: f64) -> Result<bool, IntegerGridError> {
+        let count: usize = flipped.iter().map(Vec::len).sum();
+        if count > most_flips_mended(&self.mesh) {
+            return Ok(false);
+        }
         let mut any = false;
         for (net, faces) in self.nets.iter_mut().zip(flipped) {
             any |= !faces.is_empty() && net.densify(faces, density)?;
@@ -329,6 +333,12 @@ fn sum_in_any_order(terms: impl Iterator<Item = f64>) -> f64 {
     let mut terms: Vec<f64> = terms.collect();
     terms.sort_by(f64::total_cmp);
     terms.into_iter().sum()
+}
+
+/// The most flipped triangles round which lines are drawn closer together. Where there are more,
+/// the density is too low for the whole surface, and each round would cost as much as the map.
+fn most_flips_mended(mesh: &TriangleMesh) -> usize {
+    (mesh.face_count() / 100).max(200)
 }
 
 /// Times in a row that this may leave nearly as many triangles flipped.
