@@ -82,7 +82,7 @@ impl Draft {
         })
     }
 
-    fn parts(&self) -> Parts<'_> {
+    pub(super) fn parts(&self) -> Parts<'_> {
         Parts {
             mesh: self.surface.mesh(),
             positions: self.surface.positions(),

@@ -272,3 +272,49 @@ fn ordering(parts: Parts<'_>, pattern: &Pattern) -> Ordering {
     Ordering::from_order(all.chain(wholes).collect())
         .unwrap_or_else(|| Ordering::natural(pattern.columns()))
 }
+
+#[cfg(test)]
+mod tests {
+    use graticule_fixtures::icosphere;
+
+    use super::super::net::Draft;
+    use super::super::{GridDensity, IntegerGridOptions};
+    use super::*;
+    use crate::field::{FieldOptions, cross_field};
+    use crate::mesh::Surface;
+    use crate::watch::Watch;
+
+    #[test]
+    fn a_reweighed_system_is_the_one_made_with_these_weights() {
+        let sphere = icosphere(3);
+        let sphere = Surface::from_triangles(sphere.positions, &sphere.triangles).unwrap();
+        let field = cross_field(&sphere, &FieldOptions::default(), &Watch::new());
+        let options = IntegerGridOptions {
+            density: GridDensity::Quads(200),
+            ..IntegerGridOptions::default()
+        };
+        let draft = Draft::of(sphere, &field.unwrap().field, &options, &Watch::new()).unwrap();
+        let parts = draft.parts();
+        let mut other = parts.energy.clone();
+        for (number, weight) in other.weights.as_mut_slice().iter_mut().enumerate() {
+            *weight *= 1.0 + (number % 5) as f64;
+        }
+        let changed = Parts {
+            energy: &other,
+            ..parts
+        };
+        let expected = NetSystem::new(changed).unwrap();
+        let mut found = NetSystem::new(parts).unwrap();
+        let off = |found: &NetSystem| {
+            let [found, expected] = [found, &expected].map(|system| {
+                let matrix = system.factor.matrix().lower().values();
+                matrix.iter().chain(&system.loads)
+            });
+            let differences = found.zip(expected).map(|(a, b)| (a - b).abs());
+            differences.fold(0.0, f64::max)
+        };
+        assert!(off(&found) > 0.1);
+        found.reweigh(changed).unwrap();
+        assert!(off(&found) < 1e-12, "{}", off(&found));
+    }
+}
