@@ -176,6 +176,10 @@ pub const ROUNDING: f64 = f64::EPSILON;
 /// rounding errors.
 pub const COLLAPSED_AREA: f64 = 1e-9;
 
+/// Width of a hole, over its length, up to which it is a crack that repair closes: some roundings of
+/// single precision, in which most files with such holes are written.
+pub const CRACK_WIDTH: f64 = 1e-6;
+
 /// Height of a triangle, over its longest side, up to which it counts as having no area.
 ///
 /// Collinear points computed in double precision come out some 1e-16 off the line; scans and CAD
@@ -573,6 +577,10 @@ pub const MOST_FINS: f64 = 0.01;
 /// A component with poor quads gets its triangles, each cut into three, if it has no more quads and
 /// no more triangles than this: few enough that no net is seen in them.
 pub const SMALL_COMPONENT: usize = 12;
+
+/// The same where the net has inverted quads: a few hundred quads more than asked for are better than
+/// one that no solver can use.
+pub const CRUMPLED_COMPONENT: usize = 100;
 
 /// Triangles that cutting may add for each quad wanted.
 ///

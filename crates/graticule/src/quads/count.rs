@@ -4,6 +4,11 @@ use crate::periodic::GridDensity;
 use crate::tolerance::{COUNT_MISS, FAIR_COUNT_ROUNDS};
 use crate::watch::Watch;
 
+/// The one part of the number wanted that a map is asked for at least. Where that gives too many quads
+/// still, they are at details that have no room between the lines: fewer lines would cost all the rest
+/// its shape and leave these as they are.
+const LEAST_PART: usize = 2;
+
 /// What to ask of the map so that so many quads come out.
 ///
 /// What is cut or joined after the map is a share that hardly changes; so the number found corrects
@@ -51,7 +56,7 @@ impl CountSearch {
         *bound = Some([tried, found]);
         let next = match (self.below, self.above) {
             (Some(below), Some(above)) => between(below, above, self.wanted)?,
-            _ => scaled(tried, found, self.wanted),
+            _ => scaled(tried, found, self.wanted).max(self.wanted.div_ceil(LEAST_PART)),
         };
         (next != tried).then_some(next)
     }
@@ -92,7 +97,7 @@ mod tests {
     use super::*;
 
     /// What is found when the map makes so many more quads than it is asked for, in steps.
-    fn found_by(wanted: usize, made: impl Fn(usize) -> usize) -> (usize, usize) {
+    fn found_by(wanted: usize, mut made: impl FnMut(usize) -> usize) -> (usize, usize) {
         let mut search = CountSearch::new(GridDensity::Quads(wanted)).unwrap();
         let (mut tried, mut best) = (wanted, None::<usize>);
         let mut rounds = 0;
@@ -128,6 +133,17 @@ mod tests {
             found == 505 && rounds <= FAIR_COUNT_ROUNDS,
             "{found} {rounds}"
         );
+    }
+
+    #[test]
+    fn details_that_take_quads_at_any_density_do_not_coarsen_the_rest() {
+        let mut coarsest = usize::MAX;
+        let made = |tried: usize| {
+            coarsest = coarsest.min(tried);
+            tried + 4000
+        };
+        let (found, rounds) = found_by(2000, made);
+        assert_eq!((coarsest, found, rounds), (1000, 5000, 2));
     }
 
     #[test]

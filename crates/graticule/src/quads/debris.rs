@@ -27,12 +27,8 @@ impl Debris {
     /// `None` where there is no debris, or nothing else. Where the user tells the field its way by
     /// places on the surface, nothing is set aside.
     pub(super) fn of(surface: &Surface, options: &RemeshOptions) -> Option<Self> {
-        let field = &options.field;
-        let told = !field.guides.is_empty()
-            || !field.strokes.is_empty()
-            || field.singularities != SingularityPlan::default();
         let topology = Topology::of(surface.mesh());
-        if told || topology.components.len() == 1 {
+        if is_told_by_places(options) || topology.components.len() == 1 {
             return None;
         }
         let parts = Components::new(surface, &topology);
@@ -92,6 +88,14 @@ impl Debris {
     }
 }
 
+/// Whether the options name places of the surface, which parts of it do not know.
+pub(super) fn is_told_by_places(options: &RemeshOptions) -> bool {
+    let field = &options.field;
+    !field.guides.is_empty()
+        || !field.strokes.is_empty()
+        || field.singularities != SingularityPlan::default()
+}
+
 fn area(surface: &Surface, face: FaceId) -> f64 {
     let [a, b, c] = surface.corner_positions(face);
     0.5 * (b - a).cross(c - a).length()
@@ -107,7 +111,11 @@ fn left(density: GridDensity, taken: usize) -> GridDensity {
 }
 
 /// The options with the features and sizes that are left.
-fn options_for(rest: &Submesh, surface: &Surface, options: &RemeshOptions) -> RemeshOptions {
+pub(super) fn options_for(
+    rest: &Submesh,
+    surface: &Surface,
+    options: &RemeshOptions,
+) -> RemeshOptions {
     let (mesh, whole) = (rest.surface.mesh(), surface.mesh());
     let mut is_feature = PerEdge::filled(whole.edge_count(), false);
     for &edge in &options.field.features.edges {

@@ -5,6 +5,7 @@
 //!
 //! [PGP06]: crate::papers::PGP06
 
+mod alone;
 mod attributes;
 mod cells;
 mod complex;

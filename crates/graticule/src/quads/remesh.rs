@@ -1,5 +1,6 @@
 use serde::Serialize;
 
+use super::alone::remesh_alone;
 use super::count::CountSearch;
 use super::debris::Debris;
 use super::extents::check_extents;
@@ -89,6 +90,9 @@ pub struct RemeshReport {
     pub shape: Option<ShapeReport>,
     /// What was cut anew for the sake of its shape, if there was one.
     pub mend: Option<MendReport>,
+    /// Components whose quads were inverted in the net of the whole surface, and are better in one of
+    /// their own.
+    pub remeshed_alone: usize,
     /// Components too small for the net, whose triangles were cut into three quads each.
     pub split_components: usize,
     /// Maps that were made to meet the number of quads.
@@ -212,7 +216,7 @@ pub fn remesh_levels(
     options.sizing.check(surface)?;
     let mut options = options.clone();
     options.density = densities[coarsest];
-    let (options, features) = with_clear_features(surface, &options, watch);
+    let (mut options, features) = with_clear_features(surface, &options, watch);
     let is_feature = marked(surface, &options.field);
     let mut levels = match Debris::of(surface, &options) {
         None => remesh_whole(surface, &options, densities, watch)?,
@@ -230,6 +234,8 @@ pub fn remesh_levels(
     };
     for made in &mut levels {
         made.report.features = features;
+        options.density = GridDensity::EdgeLength(made.report.map.edge_length);
+        made.report.remeshed_alone = remesh_alone(&mut made.mesh, surface, &options, watch)?;
         let split = split_small_components(&mut made.mesh, surface, &is_feature);
         made.report.split_components += split;
         warn_of_split(made.report.split_components, watch);
@@ -240,7 +246,7 @@ pub fn remesh_levels(
 }
 
 /// [`remesh_levels`] of a surface without debris.
-fn remesh_whole(
+pub(super) fn remesh_whole(
     surface: &Surface,
     options: &RemeshOptions,
     densities: &[GridDensity],
@@ -415,6 +421,7 @@ fn net(
         cut,
         shape: None,
         mend: None,
+        remeshed_alone: 0,
         split_components: 0,
         rounds: 1,
     };

@@ -8,13 +8,14 @@ use crate::mesh::{
     ComponentId, Components, Element, FaceId, HalfedgeId, PerComponent, PerEdge, Surface,
     SurfacePoint, Topology,
 };
-use crate::tolerance::{MENDED_QUAD, SMALL_COMPONENT};
+use crate::tolerance::{CRUMPLED_COMPONENT, MENDED_QUAD, SMALL_COMPONENT};
 
 use super::PolygonMesh;
 
 /// Gives components that the net left with poor quads, or with two on the same vertices, their own
-/// triangles instead, each cut into three quads, where the component is small and these are better. Returns
-/// the number of such components.
+/// triangles instead, each cut into three quads, where the component is small and these are better: so
+/// small that no net is seen in it, or a little larger where quads are inverted. Returns the number of
+/// such components.
 pub(super) fn split_small_components(
     mesh: &mut PolygonMesh,
     surface: &Surface,
@@ -46,7 +47,7 @@ pub(super) fn split_small_components(
 
 /// How good the polygons of a component are.
 #[derive(Clone, Copy, Debug)]
-struct State {
+pub(super) struct State {
     polygons: usize,
     /// The least scaled Jacobian of a quad.
     least: f64,
@@ -54,18 +55,30 @@ struct State {
 }
 
 impl State {
+    /// Whether no solver can use the polygons.
+    pub(super) fn is_crumpled(&self) -> bool {
+        self.has_duplicates || self.least <= 0.0
+    }
+
     /// Whether the triangles, each cut into three quads, serve better.
     fn is_worse_than(&self, faces: &[FaceId], surface: &Surface) -> bool {
         if self.has_duplicates {
             return true;
         }
-        let few = self.polygons.max(faces.len()) <= SMALL_COMPONENT;
+        let few = if self.least > 0.0 {
+            SMALL_COMPONENT
+        } else {
+            CRUMPLED_COMPONENT
+        };
         let shapes = faces.iter().map(|&face| least_jacobian(surface, face));
-        few && self.least < MENDED_QUAD && shapes.fold(1.0, f64::min) > self.least
+        self.polygons.max(faces.len()) <= few
+            && self.least < MENDED_QUAD
+            && shapes.fold(1.0, f64::min) > self.least.max(0.0)
     }
 }
 
-fn states(
+/// The states of the components; `component_of` tells that of a polygon.
+pub(super) fn states(
     mesh: &PolygonMesh,
     component_of: impl Fn(usize) -> ComponentId,
     count: usize,
@@ -104,7 +117,7 @@ fn least_jacobian(surface: &Surface, face: FaceId) -> f64 {
 }
 
 /// The polygons that are kept, with their vertices.
-fn kept(mesh: &PolygonMesh, is_kept: impl Fn(usize) -> bool) -> PolygonMesh {
+pub(super) fn kept(mesh: &PolygonMesh, is_kept: impl Fn(usize) -> bool) -> PolygonMesh {
     let mut numbers = vec![None; mesh.positions.len()];
     let mut rest = PolygonMesh::default();
     for polygon in (0..mesh.polygons.len()).filter(|&polygon| is_kept(polygon)) {
@@ -205,11 +218,12 @@ impl<'a> TriangleQuads<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::TriangleTree;
     use crate::periodic::GridDensity;
     use crate::quads::{RemeshOptions, remesh};
     use crate::watch::Watch;
     use glam::DVec3;
-    use graticule_fixtures::{Fixture, icosphere, tetrahedron};
+    use graticule_fixtures::{CUBE_QUADS, Fixture, icosphere, tetrahedron};
 
     fn surface(fixture: Fixture) -> Surface {
         Surface::from_triangles(fixture.positions, &fixture.triangles).unwrap()
@@ -253,6 +267,30 @@ mod tests {
         sorted.sort_unstable();
         sorted.dedup();
         assert_eq!(sorted.len(), polygons.len());
+    }
+
+    #[test]
+    fn inverted_quads_give_way_to_a_hundred_triangles_but_not_to_more() {
+        for (level, split) in [(1, 1), (2, 0)] {
+            let surface = surface(icosphere(level));
+            let tree = TriangleTree::of_surface(&surface);
+            let sign = |vertex: u32, bit: u32| if vertex >> bit & 1 == 1 { 1.0 } else { -1.0 };
+            let corner = |vertex: u32| match vertex {
+                0 => DVec3::new(2.0, 2.0, -1.0),
+                _ => DVec3::new(sign(vertex, 0), sign(vertex, 1), sign(vertex, 2)),
+            };
+            let origins: Vec<_> = (0..8).map(|v| tree.closest(corner(v)).unwrap()).collect();
+            let mut mesh = PolygonMesh {
+                positions: origins.iter().map(|o| o.position(&surface)).collect(),
+                polygons: CUBE_QUADS.iter().map(|quad| &quad[..]).collect(),
+                origins,
+                feature_edges: Vec::new(),
+            };
+            mesh.check(&surface).unwrap();
+            let none = PerEdge::filled(surface.mesh().edge_count(), false);
+            assert_eq!(split_small_components(&mut mesh, &surface, &none), split);
+            mesh.check(&surface).unwrap();
+        }
     }
 
     #[test]

@@ -42,6 +42,9 @@ pub struct RepairChanges {
     /// The first polygon of each closed component of negative volume inside another, left as it
     /// is: a cavity.
     pub cavities: ElementList<u32>,
+    /// Sides of triangles that vertices in their middle lay along, without hanging together with them:
+    /// the triangle was cut at these, which closed a hole without width.
+    pub cracks_closed: ElementList<[u32; 2]>,
     /// Edges without length, collapsed.
     pub edges_collapsed: ElementList<[u32; 2]>,
     /// Polygons without area whose longest edge was exchanged.
@@ -188,8 +191,12 @@ impl RepairChanges {
         ]
     }
 
-    fn degenerate(&self) -> [Option<Sentence>; 5] {
+    fn degenerate(&self) -> [Option<Sentence>; 6] {
         [
+            of_edges(
+                &self.cracks_closed,
+                "crack along an edge closed|cracks along edges closed",
+            ),
             of_edges(
                 &self.edges_collapsed,
                 "edge without length collapsed|edges without length collapsed",

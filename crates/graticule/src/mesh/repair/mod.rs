@@ -7,11 +7,13 @@
 //! 3. [`manifold`]: choose which faces hold together at crowded edges, give each fan its vertex
 //!    (cutting as [Guéziec, Taubin, Lazarus, Horn 2001]);
 //! 4. [`orient`]: orient each component, closed ones outward;
-//! 5. [`degenerate`]: collapse, exchange or drop triangles without area;
-//! 6. [`fins`]: on demand, drop small pieces that hung on others.
+//! 5. [`cracks`]: cut triangles at vertices in the middle of their sides;
+//! 6. [`degenerate`]: collapse, exchange or drop triangles without area;
+//! 7. [`fins`]: on demand, drop small pieces that hung on others.
 
 mod carry;
 mod changes;
+mod cracks;
 mod degenerate;
 mod draft;
 mod duplicates;
@@ -149,6 +151,8 @@ pub struct Repaired {
 /// - orients each component consistently, turning as few triangles as possible; then closed
 ///   components outward. A closed component inside another is turned only together with the
 ///   outermost one around it, so that a cavity stays one;
+/// - closes holes without width between the side of a triangle and vertices in its middle, by cutting
+///   the triangle there;
 /// - collapses edges without length, exchanges the long edge of triangles without area, and drops
 ///   such triangles at the boundary. None of it moves the surface or opens a hole;
 /// - on demand, drops small pieces that hang on others, see [`Fins`].
@@ -185,6 +189,7 @@ pub fn repair(
     watch.check()?;
     orient::orient(&mut draft, twins, *options, &mut changes)?;
     watch.check()?;
+    cracks::close_cracks(&mut draft, &mut changes);
     for _ in 0..DEGENERATE_ROUNDS {
         if !degenerate::remove_degenerate(&mut draft, &mut changes, watch)? {
             break;

@@ -13,13 +13,12 @@ mod quilt;
 #[cfg(test)]
 mod tests;
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use serde::Serialize;
 
-use self::patch::{Candidate, Patch};
+use self::patch::{Candidate, Patch, new_vertex};
 use self::quilt::{Quilt, sides};
-use super::partition::MIDDLE;
 use super::polygon_mesh::PolygonMesh;
 use super::shape::{Ground, Net, Place, Run, ShapeOptions, quality};
 use crate::geometry::slide_towards;
@@ -44,6 +43,8 @@ struct Effort {
     trials: usize,
     /// Rounds of work on the poor polygons of a trial.
     raising_rounds: usize,
+    /// Whether patches are drawn in and get a ring of quads round them, rather than cut anew.
+    pillows: bool,
 }
 
 /// A light effort for all poor polygons, then all that can be done for those that are inverted.
@@ -52,11 +53,13 @@ const EFFORTS: [Effort; 2] = [
         below: MENDED_QUAD,
         trials: 10,
         raising_rounds: 1,
+        pillows: false,
     },
     Effort {
         below: FLAT_CORNER,
         trials: 40,
         raising_rounds: 4,
+        pillows: false,
     },
 ];
 
@@ -65,7 +68,19 @@ const LAST_EFFORT: Effort = Effort {
     below: MENDED_QUAD,
     trials: 40,
     raising_rounds: 4,
+    pillows: false,
 };
+
+/// What is done for quads that are still inverted. It takes eight irregular vertices for each.
+const PILLOWS: Effort = Effort {
+    below: FLAT_CORNER,
+    trials: 6,
+    raising_rounds: 4,
+    pillows: true,
+};
+
+/// Pillows that are tried.
+const MOST_PILLOWS: usize = 300;
 
 /// Times that features give way to the quads that are still poor.
 const RELEASES: usize = 3;
@@ -149,6 +164,8 @@ pub fn mend(
         report.released += mender.release();
         report.patches += mender.work(LAST_EFFORT)?;
     }
+    mender.trials_left = MOST_PILLOWS;
+    report.patches += mender.work(PILLOWS)?;
     report.poor_after = mender.poor(MENDED_QUAD).len();
     if report.patches + report.released > 0 {
         mender.quilt.write_to(mesh, surface);
@@ -178,6 +195,8 @@ struct Trial {
     /// What the polygons lack in all.
     lack: f64,
     polygons: Vec<Vec<u32>>,
+    /// How many of its vertices are new.
+    new_vertices: usize,
     /// Where vertices are now.
     moved: Vec<(u32, Place)>,
 }
@@ -248,11 +267,20 @@ impl Mender<'_> {
         if self.quality(polygon) >= effort.below {
             return Ok(false);
         }
-        let patches = Patch::around(&self.quilt, polygon);
+        let quilt = &self.quilt;
+        let patches = if effort.pillows {
+            Patch::under_pillows(quilt, polygon)
+        } else {
+            Patch::around(quilt, polygon)
+        };
         let mut ideas: Vec<(f64, &Patch, Candidate)> = (patches.iter())
             .flat_map(|patch| {
-                let candidates = patch.candidates(&self.quilt).into_iter();
-                candidates.map(move |candidate| (patch, candidate))
+                let candidates = if effort.pillows {
+                    patch.pillow(quilt).into_iter().collect()
+                } else {
+                    patch.candidates(quilt)
+                };
+                (candidates.into_iter()).map(move |candidate| (patch, candidate))
             })
             .map(|(patch, candidate)| (self.promise(patch, &candidate), patch, candidate))
             .collect();
@@ -284,10 +312,10 @@ impl Mender<'_> {
 
     /// What the polygons of a candidate lack before any vertex moves.
     fn promise(&self, patch: &Patch, candidate: &Candidate) -> f64 {
-        let middle = candidate.middle.map(|place| self.near(patch, place));
-        let place = |&vertex: &u32| match middle {
-            Some(place) if vertex == MIDDLE => place,
-            _ => self.quilt.place(vertex),
+        let new = self.new_places(patch, candidate);
+        let place = |&vertex: &u32| {
+            let new = new.get(new_vertex(vertex)).copied();
+            new.unwrap_or_else(|| self.quilt.place(vertex))
         };
         (candidate.polygons.iter())
             .map(|polygon| lack(quality(&polygon.iter().map(place).collect::<Vec<_>>())))
@@ -327,11 +355,11 @@ impl Mender<'_> {
         let is_inside = |polygon: &u32| {
             around.binary_search(polygon).is_ok() || patch.polygons.binary_search(polygon).is_ok()
         };
-        let middle = candidate.middle.map(|place| self.near(patch, place));
+        let new = self.new_places(patch, &candidate);
         let origins: Vec<_> = (vertices.iter())
-            .map(|&vertex| match middle {
-                Some(place) if vertex == MIDDLE => place.origin,
-                _ => quilt.place(vertex).origin,
+            .map(|&vertex| {
+                let new = new.get(new_vertex(vertex)).copied();
+                new.unwrap_or_else(|| quilt.place(vertex)).origin
             })
             .collect();
         let net = Net {
@@ -341,7 +369,8 @@ impl Mender<'_> {
             feature_edges: &lines,
         };
         let is_held = |index: usize| {
-            vertices[index] != MIDDLE && !quilt.around(vertices[index]).iter().all(is_inside)
+            new_vertex(vertices[index]) >= new.len()
+                && !quilt.around(vertices[index]).iter().all(is_inside)
         };
         let options = ShapeOptions {
             sweeps: SWEEPS,
@@ -350,13 +379,21 @@ impl Mender<'_> {
         let mut run = Run::new(&self.ground, &net, &origins, options, is_held);
         run.settle(effort.raising_rounds, self.watch)?;
         let lack = run.qualities().map(lack).sum();
+        let new_vertices = new.len();
         let places = run.origins().map(|origin| self.ground.place(origin));
         let moved = vertices.iter().copied().zip(places).collect();
         Ok(Trial {
             lack,
             polygons: candidate.polygons,
+            new_vertices,
             moved,
         })
+    }
+
+    /// The places of the new vertices of a candidate.
+    fn new_places(&self, patch: &Patch, candidate: &Candidate) -> Vec<Place> {
+        let wanted = candidate.middles.iter();
+        wanted.map(|&place| self.near(patch, place)).collect()
     }
 
     /// The point of the surface near a place in a patch.
@@ -372,17 +409,16 @@ impl Mender<'_> {
     }
 
     fn take(&mut self, polygons: &[u32], mut trial: Trial) {
+        let mut numbers = HashMap::new();
         for (vertex, place) in trial.moved {
-            if vertex == MIDDLE {
-                let new = self.quilt.add_vertex(place);
-                for corner in trial.polygons.iter_mut().flatten() {
-                    if *corner == MIDDLE {
-                        *corner = new;
-                    }
-                }
+            if new_vertex(vertex) < trial.new_vertices {
+                numbers.insert(vertex, self.quilt.add_vertex(place));
             } else {
                 self.quilt.put(vertex, place);
             }
+        }
+        for corner in trial.polygons.iter_mut().flatten() {
+            *corner = numbers.get(corner).copied().unwrap_or(*corner);
         }
         self.quilt.replace(polygons, trial.polygons);
     }

@@ -2,8 +2,11 @@ use std::collections::HashSet;
 
 use glam::DVec3;
 
-use super::super::partition::{Partition, WEIGHED_CORNERS, ordered};
+use super::super::partition::{MIDDLE, Partition, WEIGHED_CORNERS, ordered};
 use super::quilt::{Quilt, sides};
+
+/// Share of the way to the middle of a patch at which the vertices of a pillow begin.
+const PILLOW_INSET: f64 = 0.5;
 
 /// A disk of polygons that no line passes through.
 pub(super) struct Patch {
@@ -17,10 +20,15 @@ pub(super) struct Patch {
 
 /// Polygons to put in the place of a patch.
 pub(super) struct Candidate {
-    /// Their vertices; [`MIDDLE`](super::super::partition::MIDDLE) for a new one.
+    /// Their vertices; new ones are numbered from [`MIDDLE`] down.
     pub(super) polygons: Vec<Vec<u32>>,
-    /// Where the new vertex is to be, if there is one.
-    pub(super) middle: Option<DVec3>,
+    /// Where the new vertices are to be.
+    pub(super) middles: Vec<DVec3>,
+}
+
+/// Which of the new vertices a number of a [`Candidate`] stands for, if it is not too large for one.
+pub(super) fn new_vertex(vertex: u32) -> usize {
+    (MIDDLE - vertex) as usize
 }
 
 impl Patch {
@@ -54,6 +62,13 @@ impl Patch {
         sets.into_iter()
             .filter_map(|set| Self::of(quilt, set))
             .collect()
+    }
+
+    /// The patches with a polygon in them that a pillow may cover: it alone, then others.
+    pub(super) fn under_pillows(quilt: &Quilt, polygon: u32) -> Vec<Self> {
+        let alone = Self::of(quilt, vec![polygon]);
+        let others = Self::around(quilt, polygon);
+        alone.into_iter().chain(others).collect()
     }
 
     /// The polygons as a patch, if they are one and its border is not too long.
@@ -104,30 +119,68 @@ impl Patch {
         if border.len() == 4 {
             return vec![Candidate {
                 polygons: vec![border.clone()],
-                middle: None,
+                middles: Vec::new(),
             }];
         }
         let edges = self.edges_outside(quilt);
         let positions = quilt.positions();
         let mut partition = Partition::of(border, positions, quilt.held(), &edges);
-        let mean = |vertices: &[u32]| {
-            let sum: DVec3 = vertices.iter().map(|&v| positions[v as usize]).sum();
-            sum / vertices.len() as f64
-        };
-        let middle = mean(if self.inside.is_empty() {
-            border
-        } else {
-            &self.inside
-        });
+        let middle = self.middle(quilt);
         let without = partition.without_middle().map(|pieces| Candidate {
             polygons: pieces.polygons,
-            middle: None,
+            middles: Vec::new(),
         });
         let with = partition.with_middle(middle).map(|pieces| Candidate {
             polygons: pieces.polygons,
-            middle: Some(middle),
+            middles: vec![middle],
         });
         without.into_iter().chain(with).collect()
+    }
+
+    /// The mean of the vertices inside, or of the border where there are none.
+    fn middle(&self, quilt: &Quilt) -> DVec3 {
+        let vertices = if self.inside.is_empty() {
+            &self.border
+        } else {
+            &self.inside
+        };
+        let positions = quilt.positions();
+        let sum: DVec3 = vertices.iter().map(|&v| positions[v as usize]).sum();
+        sum / vertices.len() as f64
+    }
+
+    /// A ring of quads along the border, and quads within that; `None` where these cannot be.
+    ///
+    /// So each corner of the border is shared by two quads at least, whatever is outside: also one of
+    /// 180° or more between two sides on lines (a *pillow*: S. Mitchell, T. Tautges, *Pillowing doublets:
+    /// refining a mesh to ensure that faces share at most one edge*, 1995).
+    pub(super) fn pillow(&self, quilt: &Quilt) -> Option<Candidate> {
+        let (border, centre) = (&self.border, self.middle(quilt));
+        let count = border.len();
+        let middles: Vec<DVec3> = (border.iter())
+            .map(|&vertex| quilt.positions()[vertex as usize].lerp(centre, PILLOW_INSET))
+            .collect();
+        let ring: Vec<u32> = (0..count as u32).collect();
+        let within = if count == 4 {
+            vec![ring.clone()]
+        } else {
+            let (held, edges) = (vec![false; count], HashSet::new());
+            let partition = Partition::of(&ring, &middles, &held, &edges);
+            partition.without_middle()?.polygons
+        };
+        let new = |place: u32| MIDDLE - place;
+        let beside = ring.iter().map(|&place| {
+            let next = (place + 1) % count as u32;
+            let [from, to] = [place, next].map(|at| border[at as usize]);
+            vec![from, to, new(next), new(place)]
+        });
+        let within = within
+            .into_iter()
+            .map(|piece| piece.into_iter().map(new).collect());
+        Some(Candidate {
+            polygons: beside.chain(within).collect(),
+            middles,
+        })
     }
 
     /// The edges between vertices of the border that polygons outside have.

@@ -198,3 +198,29 @@ fn patches_are_disks_that_no_line_passes() {
         }
     }
 }
+
+#[test]
+fn a_straight_corner_with_lines_on_three_sides_gets_a_ring_of_quads() {
+    // The tip of a wedge is one quad with a vertex in the middle of a side; lines are all round it, so
+    // that it can be cut anew with no other.
+    let surface = surface_of(&grid(2.0, 2.0, 4, 4));
+    let points = [
+        [0.0, 0.0],
+        [0.5, 0.0],
+        [1.0, 0.0],
+        [0.5, 2.0],
+        [2.0, 2.0],
+        [2.0, 0.0],
+    ];
+    let quads = [[0, 1, 2, 3], [2, 5, 4, 3]];
+    let mut mesh = mesh_on(&surface, &points, &quads);
+    mesh.feature_edges = vec![[2, 3]];
+    assert!(least(&mesh) <= 0.0);
+    let report = mend(&mut mesh, &surface, &[], &Watch::new()).unwrap();
+    assert!(report.patches > 0 && least(&mesh) > 0.1, "{}", least(&mesh));
+    let topology = mesh.topology().unwrap().total;
+    assert_eq!(
+        (topology.boundary_loops, topology.euler_characteristic),
+        (1, 1)
+    );
+}

@@ -2,6 +2,7 @@
 
 mod carrying;
 mod cleaning;
+mod cracks;
 mod degenerate;
 mod fins;
 mod manifold;
