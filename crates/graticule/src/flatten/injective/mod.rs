@@ -24,7 +24,7 @@ use self::boundary::Boundary;
 use self::contacts::Apart;
 use self::newton::{Goal, descend};
 use self::objective::{Objective, Triangles};
-use self::start::{Disk, start};
+use self::start::{Demand, Disk, start};
 use self::system::NewtonSystem;
 use super::conformal::Triangulation;
 use super::domain::Domain;
@@ -32,7 +32,7 @@ use super::energy::complex;
 use super::flat_map::MapDraft;
 use super::{FlatMap, FlattenError, FlipCount, Method, Patch};
 use crate::measure::SourceTriangle;
-use crate::mesh::{BoundaryLoopId, PerVertex, VertexId};
+use crate::mesh::{BoundaryLoopId, PerFace, PerVertex, VertexId};
 use crate::tolerance::{HOLE_IMPORTANCE, INJECTIVE_GAIN};
 use crate::watch::Watch;
 
@@ -117,28 +117,65 @@ pub fn injective_map(
     watch: &Watch,
 ) -> Result<InjectiveMap, FlattenError> {
     let _stage = watch.stage("map without flips");
-    let disk = filled_disk(patch)?;
-    let lay = |overlap| -> Result<InjectiveMap, FlattenError> {
-        let mut places = start(&disk, options.energy, overlap, watch)?;
-        places.truncate(patch.mesh().vertex_count());
-        let fixed = vec![false; places.len()];
-        let options = InjectiveOptions {
-            overlap,
-            ..*options
-        };
-        finish(patch, places, fixed, &options, watch)
+    let free = InjectiveOptions {
+        overlap: Overlap::Allowed,
+        ..*options
     };
-    let map = lay(Overlap::Allowed)?;
-    if options.overlap == Overlap::Allowed || is_one_to_one(patch, &map.map) {
+    let map = laid(patch, &free, f64::INFINITY, watch)?;
+    if options.overlap == Overlap::Allowed || is_one_to_one(patch, &map.map.uv) {
         return Ok(map);
     }
-    lay(Overlap::Forbidden)
+    laid(patch, options, f64::INFINITY, watch)
+}
+
+/// The map that the options ask for, from the start.
+///
+/// # Errors
+/// [`FlattenError::Jammed`] as soon as the energy of a coarser map stays above `patience`; else as
+/// [`injective_map`].
+pub(super) fn laid(
+    patch: &Patch,
+    options: &InjectiveOptions,
+    patience: f64,
+    watch: &Watch,
+) -> Result<InjectiveMap, FlattenError> {
+    let demand = Demand {
+        energy: options.energy,
+        overlap: options.overlap,
+        patience,
+    };
+    let mut places = start(&filled_disk(patch)?, demand, watch)?;
+    places.truncate(patch.mesh().vertex_count());
+    let fixed = vec![false; places.len()];
+    finish(patch, places, fixed, options, watch)
 }
 
 /// Whether a map without flips is one to one. Exact.
-fn is_one_to_one(patch: &Patch, map: &FlatMap) -> bool {
+pub(super) fn is_one_to_one(patch: &Patch, uv: &PerVertex<DVec2>) -> bool {
     let corners: Vec<_> = triangle_corners(patch).collect();
-    Boundary::new(&corners).is_simple(map.uv.as_slice())
+    Boundary::new(&corners).is_simple(uv.as_slice())
+}
+
+/// The pairs of boundary edges that meet in a map, each edge by its ends with the surface to its
+/// left. Exact; the same order in every run.
+pub(super) fn boundary_meetings(patch: &Patch, uv: &PerVertex<DVec2>) -> Vec<[[VertexId; 2]; 2]> {
+    let corners: Vec<_> = triangle_corners(patch).collect();
+    let boundary = Boundary::new(&corners);
+    let edge = |number: usize| boundary.edges()[number].map(VertexId);
+    let pairs = boundary.self_meetings(uv.as_slice()).into_iter();
+    pairs.map(|pair| pair.map(edge)).collect()
+}
+
+/// By how much the energy of each triangle is above the least, times its share of the area.
+pub(super) fn strains(
+    patch: &Patch,
+    uv: &PerVertex<DVec2>,
+    energy: DistortionEnergy,
+    watch: &Watch,
+) -> Result<PerFace<f64>, FlattenError> {
+    let places: Vec<DVec2> = uv.iter().map(|&p| p / patch.unit_length()).collect();
+    let triangles = triangles_of(patch, energy, watch)?;
+    Ok(PerFace::new(triangles.strains(&places).collect()))
 }
 
 /// Lowers the energy of a map without flips, which stays so; with [`Overlap::Forbidden`] also one

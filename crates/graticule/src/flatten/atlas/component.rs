@@ -1,0 +1,263 @@
+//! A component of a surface laid flat: cut so that its maps have little distortion and, on demand, no
+//! overlaps.
+
+use super::parting::way_apart;
+use super::piece::{NotLaid, Piece, Sheet};
+use crate::flatten::injective::{boundary_meetings, is_one_to_one, laid, strains};
+use crate::flatten::seam::cut_to;
+use crate::flatten::seam_search::{SeamOptions, find_seam};
+use crate::flatten::{
+    BoundaryFreedom, FlattenError, InjectiveMap, InjectiveOptions, Overlap, improve_map,
+    injective_map,
+};
+use crate::geometry::normalized;
+use crate::mesh::{EdgeId, PerCorner, PerEdge, PerVertex, Submesh, VertexId, cut_along};
+use crate::tolerance::{JAMMED_COARSE_ENERGY, JAMMED_ENERGY, SHORTER_SEAMS, STRAINED_ENERGY};
+use crate::watch::Watch;
+
+/// Who cuts components and lays them flat.
+pub(super) struct Tailor<'a> {
+    /// Whether no cut may run along the edge of each side of the whole surface.
+    pub(super) uncut: PerCorner<bool>,
+    /// How seams are found; `None` if nothing may be cut.
+    pub(super) cut: Option<SeamOptions>,
+    pub(super) injective: InjectiveOptions,
+    pub(super) watch: &'a Watch,
+}
+
+impl Tailor<'_> {
+    /// The component laid flat, in one sheet if it can be.
+    ///
+    /// Without overlaps a map may jam between the sides of a long seam. It is then made again along
+    /// shorter ones. If they do not help either, the map with overlaps is divided.
+    pub(super) fn lay(&self, part: Submesh) -> Result<Vec<Sheet>, NotLaid> {
+        let Some(cut) = self.cut else {
+            let piece = Piece::new(part.surface, part.corner_sources, self.watch)?;
+            let map = injective_map(&piece.patch, &self.injective, self.watch)?;
+            return Ok(vec![Sheet { piece, map }]);
+        };
+        let seam = self.seam(&part, &cut)?;
+        let free = self.relieved(self.opened(&part, &seam)?, cut.tips)?;
+        if self.will_do(&free) {
+            return Ok(vec![free]);
+        }
+        if let Some(map) = self.apart(&free.piece)? {
+            return Ok(vec![Sheet { map, ..free }]);
+        }
+        if let Some(sheet) = self.along_shorter_seam(&part, cut, seam)? {
+            return Ok(vec![sheet]);
+        }
+        self.divided(free)
+    }
+
+    /// The edges to cut along.
+    fn seam(&self, part: &Submesh, options: &SeamOptions) -> Result<Vec<EdgeId>, FlattenError> {
+        let mesh = part.surface.mesh();
+        let may_cut = PerEdge::from_fn(mesh.edge_count(), |edge| {
+            !self.uncut[part.corner_sources[mesh.edge_halfedge(edge)]]
+        });
+        let unit = normalized(&part.surface).0;
+        Ok(find_seam(&unit, &may_cut, options, self.watch)?.edges)
+    }
+
+    /// The component cut open.
+    fn opened(&self, part: &Submesh, seam: &[EdgeId]) -> Result<Piece, NotLaid> {
+        let opened = cut_along(&part.surface, seam.iter().copied()).map_err(FlattenError::from)?;
+        Ok(Piece::new(
+            opened.surface,
+            part.corner_sources.clone(),
+            self.watch,
+        )?)
+    }
+
+    /// The edges of a piece along which no cut may run.
+    fn uncut(&self, piece: &Piece) -> Vec<EdgeId> {
+        let mesh = piece.patch.mesh();
+        let is_uncut = |edge: &EdgeId| self.uncut[piece.sources[mesh.edge_halfedge(*edge)]];
+        mesh.edges().filter(is_uncut).collect()
+    }
+
+    fn free(&self) -> InjectiveOptions {
+        InjectiveOptions {
+            overlap: Overlap::Allowed,
+            ..self.injective
+        }
+    }
+
+    fn is_above(&self, energy: f64, bound: f64) -> bool {
+        energy > bound * self.injective.energy.least()
+    }
+
+    /// Whether a map that may overlap is all that is asked for.
+    fn will_do(&self, free: &Sheet) -> bool {
+        self.injective.overlap == Overlap::Allowed || free.is_one_to_one()
+    }
+
+    /// The map that may overlap. Where it is strained, the seam is led on to the vertex around which it
+    /// is strained most, at most `tips` times; the best map counts.
+    fn relieved(&self, piece: Piece, tips: usize) -> Result<Sheet, NotLaid> {
+        let map = laid(&piece.patch, &self.free(), f64::INFINITY, self.watch)?;
+        let mut best = Sheet { piece, map };
+        let mut last: Option<Sheet> = None;
+        for _ in 0..tips {
+            if !self.is_above(best.map.energy, STRAINED_ENERGY) {
+                break;
+            }
+            let Some(longer) = self.led_on(last.as_ref().unwrap_or(&best))? else {
+                break;
+            };
+            let map = laid(&longer.patch, &self.free(), f64::INFINITY, self.watch)?;
+            let sheet = Sheet { piece: longer, map };
+            if sheet.map.energy < best.map.energy {
+                (best, last) = (sheet, None);
+            } else {
+                last = Some(sheet);
+            }
+        }
+        Ok(best)
+    }
+
+    /// The piece cut open to the vertex around which its map is strained most; nothing if there is no
+    /// way to it or no vertex inside.
+    fn led_on(&self, sheet: &Sheet) -> Result<Option<Piece>, NotLaid> {
+        let Sheet { piece, map } = sheet;
+        let Some(tip) = self.most_strained(piece, map)? else {
+            return Ok(None);
+        };
+        let opened = match cut_to(&piece.patch, &[tip], &self.uncut(piece), self.watch) {
+            Ok((patch, _)) => Piece {
+                sources: piece.sources.clone(),
+                patch,
+            },
+            Err(FlattenError::BadTarget { .. }) => return Ok(None),
+            Err(error) => return Err(error.into()),
+        };
+        Ok(Some(opened))
+    }
+
+    fn most_strained(
+        &self,
+        piece: &Piece,
+        map: &InjectiveMap,
+    ) -> Result<Option<VertexId>, FlattenError> {
+        let mesh = piece.patch.mesh();
+        let strains = strains(&piece.patch, &map.map.uv, self.injective.energy, self.watch)?;
+        let mut around = PerVertex::filled(mesh.vertex_count(), 0.0);
+        for (face, &strain) in strains.enumerate() {
+            for vertex in mesh.triangle(face) {
+                around[vertex] += strain;
+            }
+        }
+        let inner = mesh.vertices().filter(|&v| !mesh.is_boundary_vertex(v));
+        Ok(inner.reduce(|best, next| {
+            if around[next] > around[best] {
+                next
+            } else {
+                best
+            }
+        }))
+    }
+
+    /// The map without overlaps, unless it jams.
+    fn apart(&self, piece: &Piece) -> Result<Option<InjectiveMap>, FlattenError> {
+        let patience = JAMMED_COARSE_ENERGY * self.injective.energy.least();
+        match laid(&piece.patch, &self.injective, patience, self.watch) {
+            Ok(map) => {
+                let jams = self.is_above(map.energy, JAMMED_ENERGY);
+                Ok((!jams).then_some(map))
+            }
+            Err(FlattenError::Jammed { .. } | FlattenError::NoRoom { .. }) => Ok(None),
+            Err(error) => Err(error),
+        }
+    }
+
+    fn along_shorter_seam(
+        &self,
+        part: &Submesh,
+        mut options: SeamOptions,
+        mut seam: Vec<EdgeId>,
+    ) -> Result<Option<Sheet>, NotLaid> {
+        for _ in 0..SHORTER_SEAMS {
+            options.length_factor *= 2.0;
+            let shorter = self.seam(part, &options)?;
+            if shorter == seam {
+                continue;
+            }
+            let message = "a map without overlaps jams along its seam: a shorter one is tried";
+            self.watch.warn("jammed", message);
+            let piece = self.opened(part, &shorter)?;
+            let map = laid(&piece.patch, &self.free(), f64::INFINITY, self.watch)?;
+            let sheet = Sheet { piece, map };
+            if sheet.is_one_to_one() && !self.is_above(sheet.map.energy, JAMMED_ENERGY) {
+                return Ok(Some(sheet));
+            }
+            if let Some(map) = self.apart(&sheet.piece)? {
+                return Ok(Some(Sheet { map, ..sheet }));
+            }
+            seam = shorter;
+        }
+        Ok(None)
+    }
+
+    /// A map with overlaps divided until each part has one without them that does not jam.
+    fn divided(&self, free: Sheet) -> Result<Vec<Sheet>, NotLaid> {
+        let mut sheets = Vec::new();
+        let mut open = vec![(free, true)];
+        while let Some((sheet, jams)) = open.pop() {
+            self.watch.check().map_err(FlattenError::from)?;
+            if sheet.is_one_to_one() {
+                sheets.push(sheet);
+            } else if let Some(map) = self.apart_unless(jams, &sheet.piece)? {
+                sheets.push(Sheet { map, ..sheet });
+            } else if let Some(parts) = self.parts(&sheet)? {
+                open.extend(parts.into_iter().map(|part| (part, false)));
+            } else {
+                let map = laid(
+                    &sheet.piece.patch,
+                    &self.injective,
+                    f64::INFINITY,
+                    self.watch,
+                )?;
+                sheets.push(Sheet { map, ..sheet });
+            }
+        }
+        Ok(sheets)
+    }
+
+    fn apart_unless(
+        &self,
+        jams: bool,
+        piece: &Piece,
+    ) -> Result<Option<InjectiveMap>, FlattenError> {
+        if jams { Ok(None) } else { self.apart(piece) }
+    }
+
+    /// The parts of an overlapping map on both sides of a cut, each brought to rest; nothing if there
+    /// is no such cut.
+    fn parts(&self, sheet: &Sheet) -> Result<Option<Vec<Sheet>>, NotLaid> {
+        let Sheet { piece, map } = sheet;
+        let uv = &map.map.uv;
+        let mut may_cut = PerEdge::filled(piece.patch.mesh().edge_count(), true);
+        for edge in self.uncut(piece) {
+            may_cut[edge] = false;
+        }
+        let meetings = boundary_meetings(&piece.patch, uv);
+        let Some(way) = way_apart(&piece.patch, &meetings, may_cut) else {
+            return Ok(None);
+        };
+        let Some(parts) = piece.divided(way, uv, self.watch)? else {
+            return Ok(None);
+        };
+        let rested = parts.into_iter().map(|(piece, uv)| {
+            let options = if is_one_to_one(&piece.patch, &uv) {
+                self.injective
+            } else {
+                self.free()
+            };
+            let free = BoundaryFreedom::Free;
+            let map = improve_map(&piece.patch, &uv, free, &options, self.watch)?;
+            Ok(Sheet { piece, map })
+        });
+        rested.collect::<Result<Vec<_>, NotLaid>>().map(Some)
+    }
+}
