@@ -1,11 +1,13 @@
 //! A component of a surface laid flat: cut so that its maps have little distortion and, on demand, no
 //! overlaps.
 
+use glam::DVec2;
+
 use super::parting::way_apart;
 use super::piece::{NotLaid, Piece, Sheet};
-use crate::flatten::injective::{boundary_meetings, is_one_to_one, laid, strains};
+use crate::flatten::injective::{Patience, boundary_meetings, is_one_to_one, laid, strains};
 use crate::flatten::seam::cut_to;
-use crate::flatten::seam_search::{SeamOptions, find_seam};
+use crate::flatten::seam_search::{Seam, SeamOptions, find_seam};
 use crate::flatten::{
     BoundaryFreedom, FlattenError, InjectiveMap, InjectiveOptions, Overlap, improve_map,
     injective_map,
@@ -14,6 +16,9 @@ use crate::geometry::normalized;
 use crate::mesh::{EdgeId, PerCorner, PerEdge, PerVertex, Submesh, VertexId, cut_along};
 use crate::tolerance::{JAMMED_COARSE_ENERGY, JAMMED_ENERGY, SHORTER_SEAMS, STRAINED_ENERGY};
 use crate::watch::Watch;
+
+/// The share of the length of a seam that another has at most to be worth a try in its place.
+const SHORTER: f64 = 0.9;
 
 /// Who cuts components and lays them flat.
 pub(super) struct Tailor<'a> {
@@ -37,7 +42,7 @@ impl Tailor<'_> {
             return Ok(vec![Sheet { piece, map }]);
         };
         let seam = self.seam(&part, &cut)?;
-        let free = self.relieved(self.opened(&part, &seam)?, cut.tips)?;
+        let free = self.relieved(self.opened(&part, &seam.edges)?, cut.tips)?;
         if self.will_do(&free) {
             return Ok(vec![free]);
         }
@@ -51,13 +56,13 @@ impl Tailor<'_> {
     }
 
     /// The edges to cut along.
-    fn seam(&self, part: &Submesh, options: &SeamOptions) -> Result<Vec<EdgeId>, FlattenError> {
+    fn seam(&self, part: &Submesh, options: &SeamOptions) -> Result<Seam, FlattenError> {
         let mesh = part.surface.mesh();
         let may_cut = PerEdge::from_fn(mesh.edge_count(), |edge| {
             !self.uncut[part.corner_sources[mesh.edge_halfedge(edge)]]
         });
         let unit = normalized(&part.surface).0;
-        Ok(find_seam(&unit, &may_cut, options, self.watch)?.edges)
+        find_seam(&unit, &may_cut, options, self.watch)
     }
 
     /// The component cut open.
@@ -96,7 +101,7 @@ impl Tailor<'_> {
     /// The map that may overlap. Where it is strained, the seam is led on to the vertex around which it
     /// is strained most, at most `tips` times; the best map counts.
     fn relieved(&self, piece: Piece, tips: usize) -> Result<Sheet, NotLaid> {
-        let map = laid(&piece.patch, &self.free(), f64::INFINITY, self.watch)?;
+        let map = laid(&piece.patch, &self.free(), Patience::ENDLESS, self.watch)?;
         let mut best = Sheet { piece, map };
         let mut last: Option<Sheet> = None;
         for _ in 0..tips {
@@ -106,7 +111,7 @@ impl Tailor<'_> {
             let Some(longer) = self.led_on(last.as_ref().unwrap_or(&best))? else {
                 break;
             };
-            let map = laid(&longer.patch, &self.free(), f64::INFINITY, self.watch)?;
+            let map = laid(&longer.patch, &self.free(), Patience::ENDLESS, self.watch)?;
             let sheet = Sheet { piece: longer, map };
             if sheet.map.energy < best.map.energy {
                 (best, last) = (sheet, None);
@@ -160,12 +165,13 @@ impl Tailor<'_> {
 
     /// The map without overlaps, unless it jams.
     fn apart(&self, piece: &Piece) -> Result<Option<InjectiveMap>, FlattenError> {
-        let patience = JAMMED_COARSE_ENERGY * self.injective.energy.least();
+        let least = self.injective.energy.least();
+        let patience = Patience {
+            coarse: JAMMED_COARSE_ENERGY * least,
+            whole: JAMMED_ENERGY * least,
+        };
         match laid(&piece.patch, &self.injective, patience, self.watch) {
-            Ok(map) => {
-                let jams = self.is_above(map.energy, JAMMED_ENERGY);
-                Ok((!jams).then_some(map))
-            }
+            Ok(map) => Ok(Some(map)),
             Err(FlattenError::Jammed { .. } | FlattenError::NoRoom { .. }) => Ok(None),
             Err(error) => Err(error),
         }
@@ -175,18 +181,18 @@ impl Tailor<'_> {
         &self,
         part: &Submesh,
         mut options: SeamOptions,
-        mut seam: Vec<EdgeId>,
+        mut seam: Seam,
     ) -> Result<Option<Sheet>, NotLaid> {
         for _ in 0..SHORTER_SEAMS {
             options.length_factor *= 2.0;
             let shorter = self.seam(part, &options)?;
-            if shorter == seam {
+            if shorter.length > SHORTER * seam.length {
                 continue;
             }
             let message = "a map without overlaps jams along its seam: a shorter one is tried";
             self.watch.warn("jammed", message);
-            let piece = self.opened(part, &shorter)?;
-            let map = laid(&piece.patch, &self.free(), f64::INFINITY, self.watch)?;
+            let piece = self.opened(part, &shorter.edges)?;
+            let map = laid(&piece.patch, &self.free(), Patience::ENDLESS, self.watch)?;
             let sheet = Sheet { piece, map };
             if sheet.is_one_to_one() && !self.is_above(sheet.map.energy, JAMMED_ENERGY) {
                 return Ok(Some(sheet));
@@ -201,42 +207,35 @@ impl Tailor<'_> {
 
     /// A map with overlaps divided until each part has one without them that does not jam.
     fn divided(&self, free: Sheet) -> Result<Vec<Sheet>, NotLaid> {
+        let Some(mut open) = self.parts(&free.piece, &free.map.map.uv)? else {
+            return Ok(vec![self.patient(free.piece)?]);
+        };
         let mut sheets = Vec::new();
-        let mut open = vec![(free, true)];
-        while let Some((sheet, jams)) = open.pop() {
+        while let Some((piece, uv)) = open.pop() {
             self.watch.check().map_err(FlattenError::from)?;
-            if sheet.is_one_to_one() {
-                sheets.push(sheet);
-            } else if let Some(map) = self.apart_unless(jams, &sheet.piece)? {
-                sheets.push(Sheet { map, ..sheet });
-            } else if let Some(parts) = self.parts(&sheet)? {
-                open.extend(parts.into_iter().map(|part| (part, false)));
+            if is_one_to_one(&piece.patch, &uv) {
+                let free = BoundaryFreedom::Free;
+                let map = improve_map(&piece.patch, &uv, free, &self.injective, self.watch)?;
+                sheets.push(Sheet { piece, map });
+            } else if let Some(map) = self.apart(&piece)? {
+                sheets.push(Sheet { piece, map });
+            } else if let Some(parts) = self.parts(&piece, &uv)? {
+                open.extend(parts);
             } else {
-                let map = laid(
-                    &sheet.piece.patch,
-                    &self.injective,
-                    f64::INFINITY,
-                    self.watch,
-                )?;
-                sheets.push(Sheet { map, ..sheet });
+                sheets.push(self.patient(piece)?);
             }
         }
         Ok(sheets)
     }
 
-    fn apart_unless(
-        &self,
-        jams: bool,
-        piece: &Piece,
-    ) -> Result<Option<InjectiveMap>, FlattenError> {
-        if jams { Ok(None) } else { self.apart(piece) }
+    /// The piece in one sheet, however distorted.
+    fn patient(&self, piece: Piece) -> Result<Sheet, FlattenError> {
+        let map = laid(&piece.patch, &self.injective, Patience::ENDLESS, self.watch)?;
+        Ok(Sheet { piece, map })
     }
 
-    /// The parts of an overlapping map on both sides of a cut, each brought to rest; nothing if there
-    /// is no such cut.
-    fn parts(&self, sheet: &Sheet) -> Result<Option<Vec<Sheet>>, NotLaid> {
-        let Sheet { piece, map } = sheet;
-        let uv = &map.map.uv;
+    /// The parts of an overlapping map on both sides of a cut; nothing if there is no such cut.
+    fn parts(&self, piece: &Piece, uv: &PerVertex<DVec2>) -> Result<Option<Parts>, FlattenError> {
         let mut may_cut = PerEdge::filled(piece.patch.mesh().edge_count(), true);
         for edge in self.uncut(piece) {
             may_cut[edge] = false;
@@ -245,19 +244,9 @@ impl Tailor<'_> {
         let Some(way) = way_apart(&piece.patch, &meetings, may_cut) else {
             return Ok(None);
         };
-        let Some(parts) = piece.divided(way, uv, self.watch)? else {
-            return Ok(None);
-        };
-        let rested = parts.into_iter().map(|(piece, uv)| {
-            let options = if is_one_to_one(&piece.patch, &uv) {
-                self.injective
-            } else {
-                self.free()
-            };
-            let free = BoundaryFreedom::Free;
-            let map = improve_map(&piece.patch, &uv, free, &options, self.watch)?;
-            Ok(Sheet { piece, map })
-        });
-        rested.collect::<Result<Vec<_>, NotLaid>>().map(Some)
+        piece.divided(way, uv, self.watch)
     }
 }
+
+/// Pieces with their parts of a map.
+type Parts = Vec<(Piece, PerVertex<DVec2>)>;

@@ -121,33 +121,47 @@ pub fn injective_map(
         overlap: Overlap::Allowed,
         ..*options
     };
-    let map = laid(patch, &free, f64::INFINITY, watch)?;
+    let map = laid(patch, &free, Patience::ENDLESS, watch)?;
     if options.overlap == Overlap::Allowed || is_one_to_one(patch, &map.map.uv) {
         return Ok(map);
     }
-    laid(patch, options, f64::INFINITY, watch)
+    laid(patch, options, Patience::ENDLESS, watch)
+}
+
+/// The energies above which a map is given up.
+#[derive(Clone, Copy)]
+pub(super) struct Patience {
+    pub(super) coarse: f64,
+    /// Of the map of the whole patch.
+    pub(super) whole: f64,
+}
+
+impl Patience {
+    pub(super) const ENDLESS: Self = Self {
+        coarse: f64::INFINITY,
+        whole: f64::INFINITY,
+    };
 }
 
 /// The map that the options ask for, from the start.
 ///
 /// # Errors
-/// [`FlattenError::Jammed`] as soon as the energy of a coarser map stays above `patience`; else as
-/// [`injective_map`].
+/// [`FlattenError::Jammed`] as soon as patience is lost; else as [`injective_map`].
 pub(super) fn laid(
     patch: &Patch,
     options: &InjectiveOptions,
-    patience: f64,
+    patience: Patience,
     watch: &Watch,
 ) -> Result<InjectiveMap, FlattenError> {
     let demand = Demand {
         energy: options.energy,
         overlap: options.overlap,
-        patience,
+        patience: patience.coarse,
     };
     let mut places = start(&filled_disk(patch)?, demand, watch)?;
     places.truncate(patch.mesh().vertex_count());
     let fixed = vec![false; places.len()];
-    finish(patch, places, fixed, options, watch)
+    finish(patch, places, fixed, (options, patience.whole), watch)
 }
 
 /// Whether a map without flips is one to one. Exact.
@@ -201,7 +215,13 @@ pub fn improve_map(
     let is_fixed = |vertex| boundary == BoundaryFreedom::Fixed && mesh.is_boundary_vertex(vertex);
     let fixed = mesh.vertices().map(is_fixed).collect();
     let places = uv.iter().map(|&place| place / patch.unit_length());
-    finish(patch, places.collect(), fixed, options, watch)
+    finish(
+        patch,
+        places.collect(),
+        fixed,
+        (options, f64::INFINITY),
+        watch,
+    )
 }
 
 /// Descends with all triangles of the patch and wraps up.
@@ -209,7 +229,7 @@ fn finish(
     patch: &Patch,
     mut places: Vec<DVec2>,
     fixed: Vec<bool>,
-    options: &InjectiveOptions,
+    (options, patience): (&InjectiveOptions, f64),
     watch: &Watch,
 ) -> Result<InjectiveMap, FlattenError> {
     let triangles = triangles_of(patch, options.energy, watch)?;
@@ -219,7 +239,17 @@ fn finish(
             *place *= scale;
         }
     }
-    let descent = descended(patch, &triangles, &mut places, fixed, options, watch)?;
+    let goal = Goal {
+        gain: options.least_gain,
+        iterations: options.iterations,
+        patience,
+    };
+    let demand = (options.overlap, goal);
+    let descent = descended(patch, &triangles, &mut places, fixed, demand, watch)?;
+    let energy = triangles.value(&places);
+    if energy > patience {
+        return Err(FlattenError::Jammed { energy });
+    }
     if !descent.converged {
         let message = format!(
             "the energy could still be lowered after {} steps",
@@ -227,7 +257,6 @@ fn finish(
         );
         watch.warn("not-converged", message);
     }
-    let energy = triangles.value(&places);
     let draft = MapDraft {
         positions: places.into_iter().map(complex).collect(),
         method: Method::Injective,
@@ -247,17 +276,13 @@ fn descended(
     triangles: &Triangles,
     places: &mut Vec<DVec2>,
     fixed: Vec<bool>,
-    options: &InjectiveOptions,
+    (overlap, goal): (Overlap, Goal),
     watch: &Watch,
 ) -> Result<Descent, FlattenError> {
     let _stage = watch.stage("descend");
     let points = patch.unit_surface().positions().as_slice();
     let mut system = NewtonSystem::new(triangles.corners(), points, fixed)?;
-    let goal = Goal {
-        gain: options.least_gain,
-        iterations: options.iterations,
-    };
-    if options.overlap == Overlap::Allowed {
+    if overlap == Overlap::Allowed {
         return Ok(descend(triangles, &mut system, places, goal, watch)?);
     }
     let apart = Apart::new(triangles, points);

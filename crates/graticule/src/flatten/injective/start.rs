@@ -42,6 +42,7 @@ const HALVINGS: usize = 6;
 const RELAXED: Goal = Goal {
     gain: 1e-3,
     iterations: 40,
+    patience: f64::INFINITY,
 };
 
 /// A disk in space: triangles over points.
@@ -280,11 +281,15 @@ impl Refinement<'_> {
             }
         }
         let mut system = NewtonSystem::new(triangles.corners(), &points, fixed)?;
+        let goal = Goal {
+            patience: self.demand.patience,
+            ..RELAXED
+        };
         let descent = match self.demand.overlap {
-            Overlap::Allowed => descend(&triangles, &mut system, &mut places, RELAXED, watch)?,
+            Overlap::Allowed => descend(&triangles, &mut system, &mut places, goal, watch)?,
             Overlap::Forbidden => {
                 let apart = Apart::new(&triangles, &points);
-                descend(&apart, &mut system, &mut places, RELAXED, watch)?
+                descend(&apart, &mut system, &mut places, goal, watch)?
             }
         };
         let energy = descent.history.last().map_or(0.0, |step| step.energy);
