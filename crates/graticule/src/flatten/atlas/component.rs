@@ -4,8 +4,8 @@
 use glam::DVec2;
 
 use super::parting::way_apart;
-use super::piece::{NotLaid, Piece, Sheet};
-use crate::flatten::injective::{Patience, boundary_meetings, is_one_to_one, laid, strains};
+use super::piece::{NotLaid, Parts, Piece, Sheet};
+use crate::flatten::injective::{Patience, boundary_meetings, laid, strains};
 use crate::flatten::seam::cut_to;
 use crate::flatten::seam_search::{Seam, SeamOptions, find_seam};
 use crate::flatten::{
@@ -206,23 +206,33 @@ impl Tailor<'_> {
     }
 
     /// A map with overlaps divided until each part has one without them that does not jam.
+    ///
+    /// That is tried only of parts with at most half as many meetings of the boundary as the last one
+    /// that jammed, of which they are a part: each try costs as much as many cuts.
     fn divided(&self, free: Sheet) -> Result<Vec<Sheet>, NotLaid> {
-        let Some(mut open) = self.parts(&free.piece, &free.map.map.uv)? else {
-            return Ok(vec![self.patient(free.piece)?]);
-        };
+        let (piece, uv) = (free.piece, free.map.map.uv);
+        let meetings = boundary_meetings(&piece.patch, &uv).len();
+        let mut open = vec![((piece, uv), meetings)];
         let mut sheets = Vec::new();
-        while let Some((piece, uv)) = open.pop() {
+        while let Some(((piece, uv), mut jammed_with)) = open.pop() {
             self.watch.check().map_err(FlattenError::from)?;
-            if is_one_to_one(&piece.patch, &uv) {
+            let meetings = boundary_meetings(&piece.patch, &uv);
+            if meetings.is_empty() {
                 let free = BoundaryFreedom::Free;
                 let map = improve_map(&piece.patch, &uv, free, &self.injective, self.watch)?;
                 sheets.push(Sheet { piece, map });
-            } else if let Some(map) = self.apart(&piece)? {
-                sheets.push(Sheet { piece, map });
-            } else if let Some(parts) = self.parts(&piece, &uv)? {
-                open.extend(parts);
-            } else {
-                sheets.push(self.patient(piece)?);
+                continue;
+            }
+            if meetings.len() <= jammed_with / 2 {
+                if let Some(map) = self.apart(&piece)? {
+                    sheets.push(Sheet { piece, map });
+                    continue;
+                }
+                jammed_with = meetings.len();
+            }
+            match self.parts(&piece, &uv, &meetings)? {
+                Some(parts) => open.extend(parts.into_iter().map(|part| (part, jammed_with))),
+                None => sheets.push(self.patient(piece)?),
             }
         }
         Ok(sheets)
@@ -240,13 +250,9 @@ impl Tailor<'_> {
         for edge in self.uncut(piece) {
             may_cut[edge] = false;
         }
-        let meetings = boundary_meetings(&piece.patch, uv);
-        let Some(way) = way_apart(&piece.patch, &meetings, may_cut) else {
+        let Some(way) = way_apart(&piece.patch, meetings, may_cut) else {
             return Ok(None);
         };
         piece.divided(way, uv, self.watch)
     }
 }
-
-/// Pieces with their parts of a map.
-type Parts = Vec<(Piece, PerVertex<DVec2>)>;

@@ -26,6 +26,9 @@ pub(super) struct Piece {
     pub(super) sources: PerCorner<HalfedgeId>,
 }
 
+/// Pieces with their parts of a map.
+pub(super) type Parts = Vec<(Piece, PerVertex<DVec2>)>;
+
 /// A piece with its map.
 pub(super) struct Sheet {
     pub(super) piece: Piece,
@@ -56,7 +59,7 @@ impl Piece {
         edges: Vec<EdgeId>,
         uv: &PerVertex<DVec2>,
         watch: &Watch,
-    ) -> Result<Option<Vec<(Self, PerVertex<DVec2>)>>, FlattenError> {
+    ) -> Result<Option<Parts>, FlattenError> {
         let cut = cut_along(self.patch.surface(), edges)?;
         let topology = Topology::of(cut.surface.mesh());
         let mut components = Components::new(&cut.surface, &topology);
