@@ -245,7 +245,12 @@ impl Tailor<'_> {
     }
 
     /// The parts of an overlapping map on both sides of a cut; nothing if there is no such cut.
-    fn parts(&self, piece: &Piece, uv: &PerVertex<DVec2>) -> Result<Option<Parts>, FlattenError> {
+    fn parts(
+        &self,
+        piece: &Piece,
+        uv: &PerVertex<DVec2>,
+        meetings: &[[[VertexId; 2]; 2]],
+    ) -> Result<Option<Parts>, FlattenError> {
         let mut may_cut = PerEdge::filled(piece.patch.mesh().edge_count(), true);
         for edge in self.uncut(piece) {
             may_cut[edge] = false;
