@@ -131,8 +131,9 @@ pub fn injective_map(
 /// The energies above which a map is given up.
 #[derive(Clone, Copy)]
 pub(super) struct Patience {
+    /// Of a coarse map at rest, and of any on its way; what keeps the boundary apart included.
     pub(super) coarse: f64,
-    /// Of the map of the whole patch.
+    /// Of the map of the whole patch at rest.
     pub(super) whole: f64,
 }
 
@@ -161,7 +162,7 @@ pub(super) fn laid(
     let mut places = start(&filled_disk(patch)?, demand, watch)?;
     places.truncate(patch.mesh().vertex_count());
     let fixed = vec![false; places.len()];
-    finish(patch, places, fixed, (options, patience.whole), watch)
+    finish(patch, places, fixed, (options, patience), watch)
 }
 
 /// Whether a map without flips is one to one. Exact.
@@ -219,7 +220,7 @@ pub fn improve_map(
         patch,
         places.collect(),
         fixed,
-        (options, f64::INFINITY),
+        (options, Patience::ENDLESS),
         watch,
     )
 }
@@ -229,7 +230,7 @@ fn finish(
     patch: &Patch,
     mut places: Vec<DVec2>,
     fixed: Vec<bool>,
-    (options, patience): (&InjectiveOptions, f64),
+    (options, patience): (&InjectiveOptions, Patience),
     watch: &Watch,
 ) -> Result<InjectiveMap, FlattenError> {
     let triangles = triangles_of(patch, options.energy, watch)?;
@@ -242,12 +243,13 @@ fn finish(
     let goal = Goal {
         gain: options.least_gain,
         iterations: options.iterations,
-        patience,
+        patience: patience.coarse,
     };
     let demand = (options.overlap, goal);
     let descent = descended(patch, &triangles, &mut places, fixed, demand, watch)?;
     let energy = triangles.value(&places);
-    if energy > patience {
+    let last = descent.history.last().map_or(0.0, |step| step.energy);
+    if energy > patience.whole || last > patience.coarse {
         return Err(FlattenError::Jammed { energy });
     }
     if !descent.converged {

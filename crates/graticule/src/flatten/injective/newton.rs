@@ -25,8 +25,8 @@ pub(super) struct Goal {
     pub(super) patience: f64,
 }
 
-/// Steps after which an energy tells whether a descent jams.
-const PATIENT_STEPS: usize = 15;
+/// Steps after which an energy tells whether a descent jams: after 15 some are still on their way.
+const PATIENT_STEPS: usize = 40;
 
 /// One step of a descent.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
