@@ -40,13 +40,20 @@ struct Figure {
     caption: &'static str,
 }
 
-const FIGURES: [Figure; 19] = [
+const FIGURES: [Figure; 20] = [
     Figure {
         name: "overview",
         of: "PGP06, Fig. 1",
         subject: Subject::Demo(TEAPOT),
         command: "layout --grid-seams",
         caption: "From a surface to its charts, and a pattern that does not show where they meet.",
+    },
+    Figure {
+        name: "norms",
+        of: "PGP06, Fig. 5",
+        subject: Subject::Made(revolution),
+        command: "parameterize --method newton --draw-norms",
+        caption: "Lines, the norm of the periodic variables and their energy: where lines end the norm is small and the energy high.",
     },
     Figure {
         name: "revolution-plain",

@@ -566,6 +566,15 @@ pub const SURE_DIRECTION: f64 = 2.0;
 /// models along seams of any length stay below 1.2; jammed ones reach tens and thousands.
 pub const JAMMED_ENERGY: f64 = 1.5;
 
+/// Times the least energy above which a coarse map without overlaps is not refined where the patch may be
+/// cut instead. On real models the coarse maps of those that come to rest stay below 2.
+pub const JAMMED_COARSE_ENERGY: f64 = 3.0;
+
+/// Times the least energy above which the seam of a map that may overlap is led on to the places of
+/// most distortion. Maps of real models stay below 1.2; only those of a few triangles, whose corners
+/// the curvature of conformal maps sees too late, reach it.
+pub const STRAINED_ENERGY: f64 = 1.25;
+
 /// How often a seam is made shorter, each time by doubling the change of lengths that is let be, for a
 /// map that is jammed.
 pub const SHORTER_SEAMS: usize = 3;

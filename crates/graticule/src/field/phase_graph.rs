@@ -238,6 +238,12 @@ impl PhaseGraph {
         (terms.sum::<f64>() + self.constant).max(0.0)
     }
 
+    /// The part of the form that one of its free nodes has: half of each of its links to unit vectors.
+    pub(crate) fn energy_at(&self, node: usize, values: &[DVec2]) -> f64 {
+        let own = values[node];
+        self.diagonal[node] * own.length_squared() - own.dot(self.pull(node, values))
+    }
+
     /// For each node the length of the mean of what its neighbours want it to be: 1 where they agree,
     /// 0 where the phase is singular.
     pub(crate) fn agreements(&self, values: &[DVec2]) -> Vec<f64> {

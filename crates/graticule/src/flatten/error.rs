@@ -135,6 +135,12 @@ pub enum FlattenError {
         /// Number of such triangles.
         flipped: usize,
     },
+    /// A map without overlaps has no way to little distortion.
+    #[error("a map without overlaps jams at the energy {energy:e}")]
+    Jammed {
+        /// Its mean energy.
+        energy: f64,
+    },
     /// The map to improve without overlaps has some.
     #[error("the boundary of the map to start from meets itself")]
     StartOverlaps,
@@ -212,6 +218,7 @@ impl Hint for FlattenError {
             Self::StartFlipped { .. } => {
                 "start from mean value weights on a convex curve, or let the start be made"
             }
+            Self::Jammed { .. } => "allow overlaps, or cut the surface into several pieces",
             Self::NoRoom { .. } => "remesh the thinnest parts of the patch more evenly",
             Self::Geometry(error) => return error.hint(),
             Self::Mesh(error) => return error.hint(),

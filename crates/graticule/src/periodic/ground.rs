@@ -5,6 +5,7 @@ use super::energy::{energy_weights, phase_graph};
 use super::phase_graph::{FIXED, NodeOrder, mirrored};
 use super::refine::Refinement;
 use super::sizing::denser_about;
+use super::tension::PhaseTension;
 use super::unroll::{FaceKind, VertexFrames, angles_of_phases, face_kinds};
 use super::untangle::Untangling;
 use super::{
@@ -57,10 +58,26 @@ pub(super) struct Solution {
     pub(super) frames: VertexFrames,
     pub(super) kinds: PerFace<FaceKind>,
     pub(super) whole: PerVertex<[bool; 2]>,
+    pub(super) tension: PhaseTension,
     minimization: MinimizationReport,
     deviation: Option<f64>,
     inverted_before: usize,
     released: usize,
+}
+
+/// Coordinates of the vertices up to whole numbers, as the minimiser finds them.
+struct Phased {
+    coordinates: PerVertex<DVec2>,
+    tension: PhaseTension,
+    report: MinimizationReport,
+}
+
+/// The same, unrolled; with how far it deviates from the field, if it was refined.
+struct Minimized {
+    frames: VertexFrames,
+    tension: PhaseTension,
+    minimization: MinimizationReport,
+    deviation: Option<f64>,
 }
 
 impl<'a> Ground<'a> {
@@ -178,7 +195,12 @@ impl<'a> Ground<'a> {
 
     /// Minimises the energy, unrolls, and turns over what is inverted.
     fn solved(&self, watch: &Watch) -> Result<Solution, PeriodicError> {
-        let (frames, minimization, deviation) = self.minimized(watch)?;
+        let Minimized {
+            frames,
+            tension,
+            minimization,
+            deviation,
+        } = self.minimized(watch)?;
         let kinds = face_kinds(self.surface.mesh(), &frames);
         let mut solution = Solution {
             inverted_before: inverted(&kinds).count(),
@@ -186,6 +208,7 @@ impl<'a> Ground<'a> {
             released: 0,
             frames,
             kinds,
+            tension,
             minimization,
             deviation,
         };
@@ -195,14 +218,14 @@ impl<'a> Ground<'a> {
         Ok(solution)
     }
 
-    /// Minimises the energy and unrolls; with the figures, and how far the result deviates from the
-    /// field, if it was refined.
-    fn minimized(
-        &self,
-        watch: &Watch,
-    ) -> Result<(VertexFrames, MinimizationReport, Option<f64>), PeriodicError> {
+    /// Minimises the energy and unrolls.
+    fn minimized(&self, watch: &Watch) -> Result<Minimized, PeriodicError> {
         let functional = Functional::of(self, watch)?;
-        let (coordinates, report) = self.phases(&functional, watch)?;
+        let Phased {
+            coordinates,
+            tension,
+            report,
+        } = self.phases(&functional, watch)?;
         let mut frames = {
             let _stage = watch.stage("unrolling");
             VertexFrames::new(&functional.triangulation, &functional.steps, coordinates)
@@ -214,15 +237,16 @@ impl<'a> Ground<'a> {
         let _stage = watch.stage("unrolling");
         // The integers of the surface's own edges, which are not those of the triangulation.
         let own = VertexFrames::new(&self.own, &self.steps, frames.coordinates);
-        Ok((own, report, deviation))
+        Ok(Minimized {
+            frames: own,
+            tension,
+            minimization: report,
+            deviation,
+        })
     }
 
     /// The coordinates of all vertices that minimise the energy, each up to whole numbers.
-    fn phases(
-        &self,
-        functional: &Functional,
-        watch: &Watch,
-    ) -> Result<(PerVertex<DVec2>, MinimizationReport), PeriodicError> {
+    fn phases(&self, functional: &Functional, watch: &Watch) -> Result<Phased, PeriodicError> {
         let graph = phase_graph(
             &functional.triangulation,
             &functional.steps,
@@ -237,15 +261,19 @@ impl<'a> Ground<'a> {
                 points[place as usize] = positions[node / 2];
             }
         }
-        let (values, report) = self.options.minimizer.run(&graph, &points, watch)?;
+        let (found, report) = self.options.minimizer.run(&graph, &points, watch)?;
         let value = |node: usize| match graph.places[node] {
             FIXED => DVec2::X,
-            place => values[place as usize],
+            place => found.values[place as usize],
         };
         let phases = PerVertex::from_fn(positions.len(), |vertex: VertexId| {
             [0, 1].map(|coordinate| value(2 * vertex.index() + coordinate))
         });
-        Ok((angles_of_phases(&phases), report))
+        Ok(Phased {
+            coordinates: angles_of_phases(&phases),
+            tension: PhaseTension::of(&graph, &found),
+            report,
+        })
     }
 
     /// An order and starts of the phase graph's nodes that depend neither on how vertices are numbered

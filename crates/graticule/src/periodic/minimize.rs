@@ -166,7 +166,7 @@ impl Minimizer {
         graph: &PhaseGraph,
         points: &[glam::DVec3],
         watch: &Watch,
-    ) -> Result<(Vec<DVec2>, MinimizationReport), PeriodicError> {
+    ) -> Result<(Minimum, MinimizationReport), PeriodicError> {
         let _stage = watch.stage("minimisation");
         let (method, found) = match self {
             Self::CoarseToFine(options) => {
@@ -188,7 +188,7 @@ impl Minimizer {
             energy: found.energy,
             moduli: [if least.is_finite() { least } else { 0.0 }, mean],
         };
-        Ok((found.values, report))
+        Ok((found, report))
     }
 
     /// What chooses the phases to start from.

@@ -49,6 +49,7 @@ mod report;
 mod singular;
 mod sizing;
 mod steps;
+mod tension;
 mod transition;
 mod unroll;
 mod untangle;
@@ -73,6 +74,7 @@ pub use report::{ParameterizationReport, RegularDistortion};
 pub use singular::SingularElements;
 pub use sizing::{CurvatureSizing, curvature_density};
 pub use steps::{EdgeStep, EdgeSteps, edge_steps};
+pub use tension::PhaseTension;
 pub use transition::{QuarterTurn, Transition};
 pub use unroll::{FaceKind, Layout, VertexFrames, angles_of_phases, edge_jump, face_kinds, layout};
 

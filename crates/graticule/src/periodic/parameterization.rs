@@ -1,4 +1,5 @@
 use super::ground::{Ground, Solution};
+use super::tension::PhaseTension;
 use super::unroll::{FaceKind, Layout, VertexFrames, layout};
 use super::{
     GridMap, GridMapError, ParameterizationReport, ParameterizeOptions, PeriodicError,
@@ -22,6 +23,8 @@ pub struct Parameterization {
     pub kinds: PerFace<FaceKind>,
     /// The triangles laid out, with the transitions between them.
     pub layout: Layout,
+    /// Where singular elements draw near.
+    pub tension: PhaseTension,
     /// What is singular.
     pub singular: SingularElements,
     /// The figures.
@@ -69,6 +72,7 @@ pub fn parameterize(
         report: ground.report(&solution, &singular, chart_size),
         whole: solution.whole,
         frames: solution.frames,
+        tension: solution.tension,
         kinds: solution.kinds,
         singular,
     })

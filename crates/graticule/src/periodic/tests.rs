@@ -359,6 +359,40 @@ fn a_torus_scaled_by_its_curl_correction_has_no_singular_element() {
 }
 
 #[test]
+fn around_singular_triangles_norms_are_small_and_energies_high() {
+    let sphere = surface(icosphere(4));
+    let field = field_of(&sphere, false);
+    for minimizer in [
+        Minimizer::default(),
+        Minimizer::Newton(NewtonOptions::default()),
+    ] {
+        let options = ParameterizeOptions {
+            minimizer,
+            ..edges(6.0)
+        };
+        let map = covered(&sphere, &field, &options);
+        let SingularElements {
+            field_faces,
+            phase_faces,
+            ..
+        } = &map.singular;
+        let ends = field_faces.iter().chain(phase_faces);
+        let at: Vec<VertexId> = ends
+            .flat_map(|&face| sphere.mesh().triangle(face))
+            .collect();
+        assert!(!at.is_empty());
+        let everywhere: Vec<VertexId> = sphere.mesh().vertices().collect();
+        let mean = |values: &PerVertex<f64>, of: &[VertexId]| -> f64 {
+            of.iter().map(|&vertex| values[vertex]).sum::<f64>() / of.len() as f64
+        };
+        let PhaseTension { norms, energies } = &map.tension;
+        assert!(norms.iter().all(|norm| (0.0..=1.0).contains(norm)));
+        assert!(mean(norms, &at) < mean(norms, &everywhere));
+        assert!(mean(energies, &at) > mean(energies, &everywhere));
+    }
+}
+
+#[test]
 fn newton_descends_to_the_energy_of_the_other_minimisers() {
     let torus = surface(torus(2.0, 0.7, 40, 16));
     let field = field_of(&torus, true);

@@ -2,12 +2,16 @@
 
 use glam::DVec3;
 use graticule::flatten::{
-    Atlas, AtlasOptions, FlattenError, InjectiveOptions, PackingOptions, SeamOptions, lay_flat,
+    Atlas, AtlasOptions, FlattenError, InjectiveOptions, Overlap, PackingOptions, SeamOptions,
+    lay_flat,
 };
 use graticule::measure::measure_map;
 use graticule::mesh::{EdgeId, Surface};
 use graticule::watch::Watch;
-use graticule_fixtures::{Fixture, block_with_holes, cube, disk, icosphere, torus};
+use graticule_fixtures::{
+    Fixture, block_with_holes, cone_closed, cube, cylinder_closed, disk, grid, icosphere,
+    tetrahedron, torus,
+};
 
 fn surface(fixture: &Fixture) -> Surface {
     Surface::from_triangles(fixture.positions.clone(), &fixture.triangles).unwrap()
@@ -99,4 +103,78 @@ fn a_component_without_area_becomes_a_point() {
             .any(|warning| warning.code == "component-without-area")
     );
     assert!(atlas.places.iter().all(|place| place.is_finite()));
+}
+
+/// A ramp of so many turns, its inner edge at the radius 0.3 and its outer at 1.
+fn ramp(turns: f64) -> Surface {
+    let around = (turns * 24.0) as u32;
+    let strip = grid(0.7, turns * std::f64::consts::TAU, 6, around);
+    let low = strip.positions[0];
+    surface(&strip.map(|p| {
+        let (sin, cos) = libm::sincos(p.y - low.y);
+        let radius = 1.0 - (p.x - low.x);
+        DVec3::new(radius * cos, radius * sin, 0.05 * (p.y - low.y))
+    }))
+}
+
+#[test]
+fn a_ramp_that_cannot_lie_flat_without_overlap_is_divided() {
+    let ramp = ramp(3.0);
+    let mut options = options();
+    let free = laid(&ramp, &options);
+    let measure = measure_map(&ramp, &free.corner_uv(), &Watch::new()).unwrap();
+    assert!(free.islands.len() == 1 && !measure.bijective);
+    options.injective.overlap = Overlap::Forbidden;
+    let watch = Watch::new();
+    let atlas = lay_flat(&ramp, &options, &watch).unwrap();
+    let measure = measure_map(&ramp, &atlas.corner_uv(), &Watch::new()).unwrap();
+    assert!(measure.bijective);
+    assert!(
+        (2..=6).contains(&atlas.islands.len()),
+        "{:?}",
+        atlas.islands.len()
+    );
+    assert_eq!(measure.islands.count, atlas.islands.len());
+    let faces: usize = atlas.islands.iter().map(|island| island.faces).sum();
+    assert_eq!(faces, ramp.mesh().face_count());
+    assert!(
+        atlas
+            .islands
+            .iter()
+            .all(|island| island.energy.unwrap() < 4.5)
+    );
+    assert!(
+        watch
+            .warnings()
+            .iter()
+            .any(|warning| warning.code == "divided")
+    );
+    // Where nothing may be cut there is one island, however distorted.
+    options.cut = None;
+    let whole = laid(&ramp, &options);
+    let measure = measure_map(&ramp, &whole.corner_uv(), &Watch::new()).unwrap();
+    assert!(whole.islands.len() == 1 && measure.bijective);
+}
+
+#[test]
+fn seams_of_coarse_surfaces_go_on_to_where_they_are_strained() {
+    let coarse = [
+        cube(),
+        tetrahedron(),
+        icosphere(0),
+        cylinder_closed(0.2, 2.0, 6, 2),
+        cylinder_closed(1.0, 0.3, 9, 1),
+        cone_closed(3.0, 7, 1),
+    ];
+    for fixture in coarse {
+        let surface = surface(&fixture);
+        let atlas = laid(&surface, &options());
+        assert_eq!(atlas.islands.len(), 1);
+        let energy = atlas.islands[0].energy.unwrap();
+        assert!(
+            energy < 5.0,
+            "{} triangles: {energy}",
+            fixture.triangles.len()
+        );
+    }
 }

@@ -40,7 +40,7 @@ pub(crate) fn run(options: &Options, session: &Session) -> Result<(), Failure> {
     outcome.remarks = table::table(&found.map).to_string();
     if let Some(format) = plan.picture_format() {
         let _stage = session.watch.stage("draw");
-        let picture = picture::picture(&repaired.surface, &found.map)?;
+        let picture = picture::picture(&repaired.surface, &found.map, options.draw_norms)?;
         outcome.picture = Some(format.encode(&picture));
     }
     if let Some(path) = &options.integers {

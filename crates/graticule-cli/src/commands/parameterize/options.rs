@@ -66,6 +66,10 @@ pub(crate) struct Options {
     /// Write what is singular, and the whole numbers between triangles
     #[arg(long, value_name = "FILE.json")]
     pub(super) integers: Option<PathBuf>,
+    /// Draw the norms of the periodic variables and their energy beside the lines: small and high where
+    /// something is singular
+    #[arg(long, requires = "picture")]
+    pub(super) draw_norms: bool,
     #[command(flatten, next_help_heading = "Field")]
     field: FieldArguments,
     #[command(flatten)]

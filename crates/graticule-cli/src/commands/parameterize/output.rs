@@ -61,6 +61,10 @@ pub(super) fn integers(repaired: &Repaired, map: &Parameterization) -> Result<St
     let faces = |faces: &[FaceId]| -> Vec<u32> { faces.iter().map(|face| face.0).collect() };
     let edges = map.singular.edges.iter();
     let ends = edges.map(|&edge| mesh.ends(mesh.edge_halfedge(edge)).map(vertex));
+    let tension = mesh.vertices().map(|at| {
+        let (norm, energy) = (map.tension.norms[at], map.tension.energies[at]);
+        json!({ "vertex": vertex(at), "norm": norm, "energy": energy })
+    });
     let document = json!({
         "graticule": env!("CARGO_PKG_VERSION"),
         "chart_size": map.chart_size,
@@ -69,6 +73,7 @@ pub(super) fn integers(repaired: &Repaired, map: &Parameterization) -> Result<St
         "inverted_triangles": faces(&map.singular.inverted_faces),
         "singular_edges": ends.collect::<Vec<_>>(),
         "singular_vertices": map.singular.vertices.iter().map(|&v| vertex(v)).collect::<Vec<_>>(),
+        "vertices": tension.collect::<Vec<_>>(),
         "triangles": mesh.faces().map(triangle).collect::<Vec<_>>(),
     });
     let mut text = serde_json::to_string(&document).map_err(|error| {

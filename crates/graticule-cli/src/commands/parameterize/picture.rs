@@ -2,10 +2,10 @@
 
 use glam::DVec2;
 use graticule::mesh::{FaceId, PerCorner, Surface};
-use graticule::periodic::Parameterization;
+use graticule::periodic::{Parameterization, PhaseTension};
 use graticule_draw::{
-    Color, DrawError, IsoLineStyle, Panel, Picture, Points, SurfaceStyle, iso_lines, side_by_side,
-    surface,
+    Color, ColorMap, ColorScale, DrawError, Figure, IsoLineStyle, Panel, Picture, Points,
+    SurfaceStyle, iso_lines, side_by_side, surface,
 };
 
 /// Side of a panel in pixels.
@@ -18,7 +18,12 @@ const INVERTED: Color = Color::hex(0x00e6_9f00);
 
 /// The lines on which θ and φ are multiples of π ([PGP06] Figs. 1C, 11, 12): red dots where the
 /// field is singular, blue ones where a line ends, orange ones where triangles are inverted.
-pub(super) fn picture(shape: &Surface, map: &Parameterization) -> Result<Picture, DrawError> {
+/// With norms, also those of the periodic variables and their energy (Fig. 5).
+pub(super) fn picture(
+    shape: &Surface,
+    map: &Parameterization,
+    with_norms: bool,
+) -> Result<Picture, DrawError> {
     let opens = |face: FaceId| !map.kinds[face].closes();
     let mut panel = lines_panel(shape, &map.layout.coordinates, opens)?.with_caption("lines of kπ");
     let singular = &map.singular;
@@ -29,7 +34,31 @@ pub(super) fn picture(shape: &Surface, map: &Parameterization) -> Result<Picture
     ] {
         panel = panel.with_layer(dots(shape, faces, color));
     }
-    side_by_side(vec![panel]).with_size(PANEL, PANEL)
+    let mut panels = vec![panel];
+    if with_norms {
+        panels.extend(tension_panels(shape, &map.tension)?);
+    }
+    let width = PANEL * panels.len() as u32;
+    side_by_side(panels).with_size(width, PANEL)
+}
+
+fn tension_panels(shape: &Surface, tension: &PhaseTension) -> Result<[Panel; 2], DrawError> {
+    let panel = |figure: Figure<'_>, map, caption: &str| {
+        let style = SurfaceStyle {
+            figure: Some(figure.with_scale(ColorScale {
+                map,
+                ..ColorScale::default()
+            })),
+            ..SurfaceStyle::default()
+        };
+        Ok(surface(shape, &style)?.with_caption(caption))
+    };
+    let norms = Figure::per_vertex("norm", &tension.norms);
+    let energies = Figure::per_vertex("energy", &tension.energies);
+    Ok([
+        panel(norms, ColorMap::Viridis, "least norm of the variables")?,
+        panel(energies, ColorMap::YellowRed, "energy")?,
+    ])
 }
 
 /// The lines on which coordinates are multiples of a half.

@@ -43,14 +43,32 @@ impl Boundary {
     /// Whether the boundary meets itself nowhere. Exact. Near-linear, as long as few boxes around
     /// edges overlap.
     pub(super) fn is_simple(&self, places: &[DVec2]) -> bool {
+        let (segments, tree) = self.segments(places);
+        !tree.any_overlapping_pair(|first, second| self.meet([first, second], &segments))
+    }
+
+    /// The pairs of edges, by their numbers, that meet. Exact; the same order in every run.
+    pub(super) fn self_meetings(&self, places: &[DVec2]) -> Vec<[usize; 2]> {
+        let (segments, tree) = self.segments(places);
+        let mut meetings = Vec::new();
+        tree.any_overlapping_pair(|first, second| {
+            if self.meet([first, second], &segments) {
+                meetings.push([first, second]);
+            }
+            false
+        });
+        meetings
+    }
+
+    /// Where the edges lie, and a tree of the boxes around them.
+    fn segments(&self, places: &[DVec2]) -> (Vec<[DVec2; 2]>, BoxTree<2>) {
         let segments: Vec<_> = self
             .edges
             .iter()
             .map(|edge| edge.map(|v| places[v as usize]))
             .collect();
         let boxes: Vec<_> = segments.iter().map(|ends| grown_box(ends, 0.0)).collect();
-        let tree = BoxTree::new(&boxes);
-        !tree.any_overlapping_pair(|first, second| self.meet([first, second], &segments))
+        (segments, BoxTree::new(&boxes))
     }
 
     fn meet(&self, [first, second]: [usize; 2], segments: &[[DVec2; 2]]) -> bool {

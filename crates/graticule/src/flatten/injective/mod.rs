@@ -24,7 +24,7 @@ use self::boundary::Boundary;
 use self::contacts::Apart;
 use self::newton::{Goal, descend};
 use self::objective::{Objective, Triangles};
-use self::start::{Disk, start};
+use self::start::{Demand, Disk, start};
 use self::system::NewtonSystem;
 use super::conformal::Triangulation;
 use super::domain::Domain;
@@ -32,7 +32,7 @@ use super::energy::complex;
 use super::flat_map::MapDraft;
 use super::{FlatMap, FlattenError, FlipCount, Method, Patch};
 use crate::measure::SourceTriangle;
-use crate::mesh::{BoundaryLoopId, PerVertex, VertexId};
+use crate::mesh::{BoundaryLoopId, PerFace, PerVertex, VertexId};
 use crate::tolerance::{HOLE_IMPORTANCE, INJECTIVE_GAIN};
 use crate::watch::Watch;
 
@@ -117,28 +117,80 @@ pub fn injective_map(
     watch: &Watch,
 ) -> Result<InjectiveMap, FlattenError> {
     let _stage = watch.stage("map without flips");
-    let disk = filled_disk(patch)?;
-    let lay = |overlap| -> Result<InjectiveMap, FlattenError> {
-        let mut places = start(&disk, options.energy, overlap, watch)?;
-        places.truncate(patch.mesh().vertex_count());
-        let fixed = vec![false; places.len()];
-        let options = InjectiveOptions {
-            overlap,
-            ..*options
-        };
-        finish(patch, places, fixed, &options, watch)
+    let free = InjectiveOptions {
+        overlap: Overlap::Allowed,
+        ..*options
     };
-    let map = lay(Overlap::Allowed)?;
-    if options.overlap == Overlap::Allowed || is_one_to_one(patch, &map.map) {
+    let map = laid(patch, &free, Patience::ENDLESS, watch)?;
+    if options.overlap == Overlap::Allowed || is_one_to_one(patch, &map.map.uv) {
         return Ok(map);
     }
-    lay(Overlap::Forbidden)
+    laid(patch, options, Patience::ENDLESS, watch)
+}
+
+/// The energies above which a map is given up.
+#[derive(Clone, Copy)]
+pub(super) struct Patience {
+    /// Of a coarse map at rest, and of any on its way; what keeps the boundary apart included.
+    pub(super) coarse: f64,
+    /// Of the map of the whole patch at rest.
+    pub(super) whole: f64,
+}
+
+impl Patience {
+    pub(super) const ENDLESS: Self = Self {
+        coarse: f64::INFINITY,
+        whole: f64::INFINITY,
+    };
+}
+
+/// The map that the options ask for, from the start.
+///
+/// # Errors
+/// [`FlattenError::Jammed`] as soon as patience is lost; else as [`injective_map`].
+pub(super) fn laid(
+    patch: &Patch,
+    options: &InjectiveOptions,
+    patience: Patience,
+    watch: &Watch,
+) -> Result<InjectiveMap, FlattenError> {
+    let demand = Demand {
+        energy: options.energy,
+        overlap: options.overlap,
+        patience: patience.coarse,
+    };
+    let mut places = start(&filled_disk(patch)?, demand, watch)?;
+    places.truncate(patch.mesh().vertex_count());
+    let fixed = vec![false; places.len()];
+    finish(patch, places, fixed, (options, patience), watch)
 }
 
 /// Whether a map without flips is one to one. Exact.
-fn is_one_to_one(patch: &Patch, map: &FlatMap) -> bool {
+pub(super) fn is_one_to_one(patch: &Patch, uv: &PerVertex<DVec2>) -> bool {
     let corners: Vec<_> = triangle_corners(patch).collect();
-    Boundary::new(&corners).is_simple(map.uv.as_slice())
+    Boundary::new(&corners).is_simple(uv.as_slice())
+}
+
+/// The pairs of boundary edges that meet in a map, each edge by its ends with the surface to its
+/// left. Exact; the same order in every run.
+pub(super) fn boundary_meetings(patch: &Patch, uv: &PerVertex<DVec2>) -> Vec<[[VertexId; 2]; 2]> {
+    let corners: Vec<_> = triangle_corners(patch).collect();
+    let boundary = Boundary::new(&corners);
+    let edge = |number: usize| boundary.edges()[number].map(VertexId);
+    let pairs = boundary.self_meetings(uv.as_slice()).into_iter();
+    pairs.map(|pair| pair.map(edge)).collect()
+}
+
+/// By how much the energy of each triangle is above the least, times its share of the area.
+pub(super) fn strains(
+    patch: &Patch,
+    uv: &PerVertex<DVec2>,
+    energy: DistortionEnergy,
+    watch: &Watch,
+) -> Result<PerFace<f64>, FlattenError> {
+    let places: Vec<DVec2> = uv.iter().map(|&p| p / patch.unit_length()).collect();
+    let triangles = triangles_of(patch, energy, watch)?;
+    Ok(PerFace::new(triangles.strains(&places).collect()))
 }
 
 /// Lowers the energy of a map without flips, which stays so; with [`Overlap::Forbidden`] also one
@@ -164,7 +216,13 @@ pub fn improve_map(
     let is_fixed = |vertex| boundary == BoundaryFreedom::Fixed && mesh.is_boundary_vertex(vertex);
     let fixed = mesh.vertices().map(is_fixed).collect();
     let places = uv.iter().map(|&place| place / patch.unit_length());
-    finish(patch, places.collect(), fixed, options, watch)
+    finish(
+        patch,
+        places.collect(),
+        fixed,
+        (options, Patience::ENDLESS),
+        watch,
+    )
 }
 
 /// Descends with all triangles of the patch and wraps up.
@@ -172,7 +230,7 @@ fn finish(
     patch: &Patch,
     mut places: Vec<DVec2>,
     fixed: Vec<bool>,
-    options: &InjectiveOptions,
+    (options, patience): (&InjectiveOptions, Patience),
     watch: &Watch,
 ) -> Result<InjectiveMap, FlattenError> {
     let triangles = triangles_of(patch, options.energy, watch)?;
@@ -182,7 +240,18 @@ fn finish(
             *place *= scale;
         }
     }
-    let descent = descended(patch, &triangles, &mut places, fixed, options, watch)?;
+    let goal = Goal {
+        gain: options.least_gain,
+        iterations: options.iterations,
+        patience: patience.coarse,
+    };
+    let demand = (options.overlap, goal);
+    let descent = descended(patch, &triangles, &mut places, fixed, demand, watch)?;
+    let energy = triangles.value(&places);
+    let last = descent.history.last().map_or(0.0, |step| step.energy);
+    if energy > patience.whole || last > patience.coarse {
+        return Err(FlattenError::Jammed { energy });
+    }
     if !descent.converged {
         let message = format!(
             "the energy could still be lowered after {} steps",
@@ -190,7 +259,6 @@ fn finish(
         );
         watch.warn("not-converged", message);
     }
-    let energy = triangles.value(&places);
     let draft = MapDraft {
         positions: places.into_iter().map(complex).collect(),
         method: Method::Injective,
@@ -210,17 +278,13 @@ fn descended(
     triangles: &Triangles,
     places: &mut Vec<DVec2>,
     fixed: Vec<bool>,
-    options: &InjectiveOptions,
+    (overlap, goal): (Overlap, Goal),
     watch: &Watch,
 ) -> Result<Descent, FlattenError> {
     let _stage = watch.stage("descend");
     let points = patch.unit_surface().positions().as_slice();
     let mut system = NewtonSystem::new(triangles.corners(), points, fixed)?;
-    let goal = Goal {
-        gain: options.least_gain,
-        iterations: options.iterations,
-    };
-    if options.overlap == Overlap::Allowed {
+    if overlap == Overlap::Allowed {
         return Ok(descend(triangles, &mut system, places, goal, watch)?);
     }
     let apart = Apart::new(triangles, points);

@@ -21,7 +21,12 @@ pub(super) struct Goal {
     /// would gain.
     pub(super) gain: f64,
     pub(super) iterations: usize,
+    /// The energy above which no more than [`PATIENT_STEPS`] steps are made.
+    pub(super) patience: f64,
 }
+
+/// Steps after which an energy tells whether a descent jams: after 15 some are still on their way.
+const PATIENT_STEPS: usize = 40;
 
 /// One step of a descent.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -76,7 +81,8 @@ pub(super) fn descend(
         let expected_gain = -0.5 * direction.slope / energy;
         trust.last_gain = expected_gain;
         descent.converged = expected_gain <= goal.gain;
-        let found = if descent.converged || iteration == goal.iterations {
+        let is_given_up = iteration >= PATIENT_STEPS && energy > goal.patience;
+        let found = if descent.converged || is_given_up || iteration == goal.iterations {
             None
         } else {
             let direction = around_obstacles(objective, places, direction, kept, system)?;

@@ -73,6 +73,15 @@ impl Triangles {
         corners.map(|triangle| triangle.map(|vertex| places[vertex as usize]))
     }
 
+    /// By how much the energy of each triangle is above the least, times its weight.
+    pub(super) fn strains(&self, places: &[DVec2]) -> impl Iterator<Item = f64> {
+        let weighted = self.weights.iter().zip(&self.sources);
+        let strain = |((&weight, source), images)| {
+            weight * (energy::value(self.energy, source, images) - self.energy.least())
+        };
+        weighted.zip(self.images(places)).map(strain)
+    }
+
     /// The scale of the whole map at which the energy is least.
     pub(super) fn best_scale(&self, places: &[DVec2]) -> f64 {
         if self.energy == DistortionEnergy::Mips {

@@ -42,6 +42,7 @@ const HALVINGS: usize = 6;
 const RELAXED: Goal = Goal {
     gain: 1e-3,
     iterations: 40,
+    patience: f64::INFINITY,
 };
 
 /// A disk in space: triangles over points.
@@ -51,6 +52,26 @@ pub(super) struct Disk {
     pub(super) on_boundary: Vec<bool>,
     /// How much each triangle counts, per area.
     pub(super) importance: Vec<f64>,
+}
+
+/// What is asked of a coarse map.
+#[derive(Clone, Copy)]
+pub(super) struct Demand {
+    pub(super) energy: DistortionEnergy,
+    pub(super) overlap: Overlap,
+    /// The energy above which a relaxed map is given up.
+    pub(super) patience: f64,
+}
+
+impl Demand {
+    /// No patience is lost.
+    pub(super) fn patient(energy: DistortionEnergy, overlap: Overlap) -> Self {
+        Self {
+            energy,
+            overlap,
+            patience: f64::INFINITY,
+        }
+    }
 }
 
 /// Lays the disk down without a flip, with its boundary in the given places: on a convex polygon such
@@ -68,7 +89,7 @@ pub(super) fn start_within(
     refined(
         disk,
         Some(outline),
-        (energy, Overlap::Allowed),
+        Demand::patient(energy, Overlap::Allowed),
         (coarse.keeping_boundary(), coarsest),
         watch,
     )
@@ -78,18 +99,17 @@ pub(super) fn start_within(
 /// forbidden, the boundary does not meet itself either.
 pub(super) fn start(
     disk: &Disk,
-    energy: DistortionEnergy,
-    overlap: Overlap,
+    demand: Demand,
     watch: &Watch,
 ) -> Result<Vec<DVec2>, FlattenError> {
     let coarse = Coarsening::new(&disk.triangles, &disk.points, disk.on_boundary.clone());
-    refined(disk, None, (energy, overlap), (coarse, COARSEST), watch)
+    refined(disk, None, demand, (coarse, COARSEST), watch)
 }
 
 fn refined(
     disk: &Disk,
     outline: Option<Vec<DVec2>>,
-    (energy, overlap): (DistortionEnergy, Overlap),
+    demand: Demand,
     (mut coarse, coarsest): (Coarsening, usize),
     watch: &Watch,
 ) -> Result<Vec<DVec2>, FlattenError> {
@@ -99,11 +119,10 @@ fn refined(
     let _stage = watch.stage("lay down from coarse to fine");
     let mut refinement = Refinement {
         disk,
-        energy,
+        demand,
         places: vec![DVec2::ZERO; disk.points.len()],
         rim: None,
         outline,
-        overlap,
         coarse,
     };
     while !refinement.lay_coarsest()? {
@@ -144,11 +163,10 @@ fn coarsen(
 
 struct Refinement<'a> {
     disk: &'a Disk,
-    energy: DistortionEnergy,
+    demand: Demand,
     /// By vertices of the disk; those that are gone have none worth the name.
     places: Vec<DVec2>,
     coarse: Coarsening,
-    overlap: Overlap,
     /// The boundary, where it must not meet itself.
     rim: Option<Rim>,
     /// Where the boundary stays, by vertices of the disk.
@@ -187,7 +205,7 @@ impl Refinement<'_> {
             .map(|p| p.x)
             .chain(circle.iter().map(|p| p.y))
             .collect();
-        if self.overlap == Overlap::Forbidden {
+        if self.demand.overlap == Overlap::Forbidden {
             self.rim = Some(Rim::new(
                 rim.iter().map(|&index| vertices[index]),
                 self.places.len(),
@@ -245,7 +263,7 @@ impl Refinement<'_> {
             .zip(importance)
             .map(|(source, importance)| (source, source.area() * importance))
             .unzip();
-        let triangles = Triangles::new(self.energy, corners, sources, weights);
+        let triangles = Triangles::new(self.demand.energy, corners, sources, weights);
         (triangles, points)
     }
 
@@ -263,13 +281,21 @@ impl Refinement<'_> {
             }
         }
         let mut system = NewtonSystem::new(triangles.corners(), &points, fixed)?;
-        match self.overlap {
-            Overlap::Allowed => descend(&triangles, &mut system, &mut places, RELAXED, watch)?,
+        let goal = Goal {
+            patience: self.demand.patience,
+            ..RELAXED
+        };
+        let descent = match self.demand.overlap {
+            Overlap::Allowed => descend(&triangles, &mut system, &mut places, goal, watch)?,
             Overlap::Forbidden => {
                 let apart = Apart::new(&triangles, &points);
-                descend(&apart, &mut system, &mut places, RELAXED, watch)?
+                descend(&apart, &mut system, &mut places, goal, watch)?
             }
         };
+        let energy = descent.history.last().map_or(0.0, |step| step.energy);
+        if energy > self.demand.patience {
+            return Err(FlattenError::Jammed { energy });
+        }
         for (&vertex, place) in vertices.iter().zip(places) {
             self.places[vertex as usize] = place;
         }
@@ -314,7 +340,7 @@ impl Refinement<'_> {
             sides: link.iter().map(|side| side.map(at)).collect(),
             sources,
             weights: &weights,
-            energy: self.energy,
+            energy: self.demand.energy,
         };
         if self.coarse.is_on_boundary(collapse.vertex) {
             self.place_on_boundary(collapse, &link, &star)

@@ -216,6 +216,24 @@ mod tests {
     }
 
     #[test]
+    fn a_ring_with_windows_at_equal_distances_stays_in_one_piece() {
+        let mut ring = torus(2.0, 0.5, 24, 12);
+        let windows = [3, 7, 11, 15, 19, 23].map(|column| 24 * column);
+        let mut face = 0;
+        ring.triangles.retain(|_| {
+            face += 1;
+            !windows
+                .iter()
+                .any(|&first| (first..first + 2).contains(&(face - 1)))
+        });
+        let ring = surface(&ring);
+        let opened = cut(&ring, &seam(&ring, &SeamOptions::default()));
+        let topology = Topology::of(&opened);
+        assert_eq!(topology.components.len(), 1);
+        assert_eq!(topology.total.genus, 0);
+    }
+
+    #[test]
     fn a_flat_patch_needs_no_seam() {
         let ring = surface(&annulus(0.5, 1.0, 24, 4));
         assert_eq!(seam(&ring, &SeamOptions::default()).edges, []);
