@@ -261,3 +261,59 @@ impl Tailor<'_> {
         piece.divided(way, uv, self.watch)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use glam::DVec3;
+    use graticule_fixtures::grid;
+
+    use super::*;
+    use crate::mesh::{Element, HalfedgeId, Surface};
+
+    /// Three turns of a ramp, which laid flat lie on each other; no cut may run across the last ones of
+    /// its triangles.
+    #[test]
+    fn a_map_that_overlaps_is_divided_into_parts_that_do_not() {
+        let strip = grid(0.7, 3.0 * TAU, 6, 72);
+        let low = strip.positions[0];
+        let strip = strip.map(|p| {
+            let (sin, cos) = libm::sincos(p.y - low.y);
+            let radius = 1.0 - (p.x - low.x);
+            DVec3::new(radius * cos, radius * sin, 0.05 * (p.y - low.y))
+        });
+        let ramp = Surface::from_triangles(strip.positions, &strip.triangles).unwrap();
+        let sides = ramp.mesh().halfedge_count();
+        let is_uncut = |side: HalfedgeId| 10 * side.index() > 9 * sides;
+        let watch = Watch::new();
+        let tailor = Tailor {
+            uncut: PerCorner::from_fn(sides, is_uncut),
+            cut: Some(SeamOptions::default()),
+            injective: InjectiveOptions {
+                overlap: Overlap::Forbidden,
+                ..InjectiveOptions::default()
+            },
+            watch: &watch,
+        };
+        let sources = PerCorner::from_fn(sides, |side: HalfedgeId| side);
+        let piece = Piece::new(ramp.clone(), sources, &watch).unwrap();
+        let free = tailor.relieved(piece, 0).unwrap();
+        assert!(!free.is_one_to_one());
+        let sheets = tailor.divided(free).unwrap();
+        assert!((2..=4).contains(&sheets.len()), "{}", sheets.len());
+        let mut seen = PerCorner::filled(sides, 0);
+        for Sheet { piece, map } in &sheets {
+            assert!(map.energy < 4.3, "{}", map.energy);
+            for &source in &piece.sources {
+                seen[source] += 1;
+            }
+            for &side in piece.patch.mesh().boundary_loop(piece.patch.outer_loop()) {
+                let source = piece.sources[side];
+                assert!(ramp.mesh().twin(source).is_none() || !is_uncut(source));
+            }
+        }
+        assert!(sheets.iter().all(Sheet::is_one_to_one));
+        assert!(seen.iter().all(|&count| count == 1));
+    }
+}
