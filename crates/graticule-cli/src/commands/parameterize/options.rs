@@ -21,6 +21,7 @@ use crate::outcome::Plan;
 use crate::repair_options::RepairArguments;
 
 /// Options of `graticule parameterize`.
+#[allow(clippy::struct_excessive_bools, reason = "switches of a command line")]
 #[derive(Args, Debug, Serialize)]
 pub(crate) struct Options {
     #[command(flatten)]

@@ -14,8 +14,9 @@ use crate::tolerance::{CRACK_WIDTH, NO_AREA_HEIGHT};
 /// How often cracks are looked for: a triangle can have one at each of its sides.
 const ROUNDS: usize = 3;
 
-/// Closes the cracks of an oriented manifold draft.
-pub(super) fn close_cracks(draft: &mut Draft, changes: &mut RepairChanges) {
+/// Closes the cracks of an oriented manifold draft; returns whether there were any.
+pub(super) fn close_cracks(draft: &mut Draft, changes: &mut RepairChanges) -> bool {
+    let before = changes.cracks_closed.count();
     for _ in 0..ROUNDS {
         let cracks: Vec<Vec<u32>> = (boundary_loops(draft).into_iter())
             .filter_map(|hole| as_crack(draft, hole))
@@ -25,6 +26,7 @@ pub(super) fn close_cracks(draft: &mut Draft, changes: &mut RepairChanges) {
         }
         restore_order(draft);
     }
+    changes.cracks_closed.count() > before
 }
 
 /// Puts triangles in the order of their polygons again.

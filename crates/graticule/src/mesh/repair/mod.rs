@@ -189,12 +189,16 @@ pub fn repair(
     watch.check()?;
     orient::orient(&mut draft, twins, *options, &mut changes)?;
     watch.check()?;
-    cracks::close_cracks(&mut draft, &mut changes);
     for _ in 0..DEGENERATE_ROUNDS {
-        if !degenerate::remove_degenerate(&mut draft, &mut changes, watch)? {
+        // Either may leave work for the other: corners that meet close a hole to a crack.
+        let closed = cracks::close_cracks(&mut draft, &mut changes);
+        let removed = degenerate::remove_degenerate(&mut draft, &mut changes, watch)?;
+        if removed {
+            manifold::make_manifold(&mut draft, &mut changes, watch)?;
+        }
+        if !closed && !removed {
             break;
         }
-        manifold::make_manifold(&mut draft, &mut changes, watch)?;
     }
     let flat = degenerate::drop_flat_components(&mut draft, &mut changes);
     let fins = fins::drop_fins(&mut draft, options.fins, &mut changes);
