@@ -106,9 +106,9 @@ fn a_component_without_area_becomes_a_point() {
 }
 
 /// A ramp of so many turns, its inner edge at the radius 0.3 and its outer at 1.
-fn ramp(turns: f64) -> Surface {
-    let around = (turns * 24.0) as u32;
-    let strip = grid(0.7, turns * std::f64::consts::TAU, 6, around);
+fn ramp(turns: u32) -> Surface {
+    let length = f64::from(turns) * std::f64::consts::TAU;
+    let strip = grid(0.7, length, 6, 24 * turns);
     let low = strip.positions[0];
     surface(&strip.map(|p| {
         let (sin, cos) = libm::sincos(p.y - low.y);
@@ -119,7 +119,7 @@ fn ramp(turns: f64) -> Surface {
 
 #[test]
 fn a_ramp_that_overlaps_itself_is_unrolled_in_one_piece() {
-    let ramp = ramp(3.0);
+    let ramp = ramp(3);
     let mut options = options();
     let free = laid(&ramp, &options);
     let measure = measure_map(&ramp, &free.corner_uv(), &Watch::new()).unwrap();
